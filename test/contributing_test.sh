@@ -25,7 +25,7 @@ quietly scripts/generate_parameters.py --check
 quietly cmake -G Ninja -S . -B "$work/build" -DGMS_RANSAC_ROS=OFF -DGMS_RANSAC_UNITY=OFF -DCMAKE_BUILD_TYPE=Debug \
   -DCMAKE_CXX_FLAGS_DEBUG=-O0
 objects=()
-for file in methods/neighbour_ransac methods/method methods/cp_ransac parameter; do
+for file in methods/neighbour_ransac methods/method methods/cp_ransac parameters/parameter; do
   objects+=("src/core/CMakeFiles/gms_ransac_core.dir/$file.cpp.o")
 done
 quietly ninja -C "$work/build" "${objects[@]}"
