@@ -53,7 +53,7 @@ std::optional<double> Repetition::period(const Features& reference, const Featur
   for (size_t i = 0; i < count; ++i) {
     std::memcpy(&descriptors_[i * kHammingBytes], current.descriptors.row(static_cast<int>(i)), kHammingBytes);
   }
-  index_.resize(count);
+  index_.resize(count + kRowsReadPast);
   std::iota(index_.begin(), index_.end(), 0);
   const size_t samples = std::min(kSamples, inliers_.size());
   samples_.resize(samples);
