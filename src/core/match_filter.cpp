@@ -255,8 +255,10 @@ Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& curre
   stages.method->postFilter(reference.features, current.features, result);
   // Fewer inliers are no model.
   if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
-  if (options_.robust.judge) stages.fixed_to_camera.resolve(*stages.method, stages.camera, result, past);
-  if (options_.robust.judge) doubtRepetition(reference.features, current.features, result);
+  if (options_.robust.judge) {
+    stages.fixed_to_camera.resolve(*stages.method, stages.camera, result, past);
+    doubtRepetition(reference.features, current.features, result);
+  }
   if (past != nullptr) {
     stages.continuity.check(*stages.method, stages.camera, options_.robust, result, *past);
     result.shutter = past->shutter.shutter();

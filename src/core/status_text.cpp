@@ -13,10 +13,6 @@ namespace {
 /// Share of the image below which a mask is the reason for few keypoints.
 constexpr double kLittle = 0.2;
 
-constexpr char kRepeats[] =
-    "what is seen repeats itself, so that the matches may all lie a period beside their places: take images closer "
-    "together, or of a scene with something unique";
-
 std::string explainFewKeypoints(const MatchResult& result, const MatchFilterOptions& options,
                                 const StatusCircumstances& about) {
   const char* prefix = about.option_prefix.c_str();
@@ -41,15 +37,8 @@ std::string explainFewKeypoints(const MatchResult& result, const MatchFilterOpti
          (about.image_note.empty() ? "" : " (" + about.image_note + ")");
 }
 
-std::string explainFixed(const char* prefix) {
-  return cv::format(
-      "a part of the view stays in place while the rest moves; a %smask over what is fixed to the camera (text, a "
-      "bonnet, an arm) decides",
-      prefix);
-}
-
-/// Why there is a rotation and no translation.
-std::string explainLowParallax(const MatchResult& result, const RobustOptions& options, const char* prefix) {
+/// Why there is no translation, and perhaps no rotation either.
+std::string explainDoubt(const MatchResult& result, const RobustOptions& options, const char* prefix) {
   const RobustResult& robust = result.robust;
   switch (robust.judgement.doubt) {
     case DirectionDoubt::kMostlyStatic:
@@ -74,9 +63,13 @@ std::string explainLowParallax(const MatchResult& result, const RobustOptions& o
           "%smax_direction_sigma (%.3g degrees)",
           prefix, options.max_direction_sigma / 2);
     case DirectionDoubt::kRepetition:
-      return kRepeats;
+      return "what is seen repeats itself, so that the matches may all lie a period beside their places: take images "
+             "closer together, or of a scene with something unique";
     case DirectionDoubt::kFixedToCamera:
-      return explainFixed(prefix);
+      return cv::format(
+          "a part of the view stays in place while the rest moves; a %smask over what is fixed to the camera (text, a "
+          "bonnet, an arm) decides",
+          prefix);
     case DirectionDoubt::kNone:
     case DirectionDoubt::kRotationExplains:
       break;
@@ -136,12 +129,14 @@ std::string sentence(Status status, const MatchResult& result, const MatchFilter
     case Status::kRansacFailed:
       return explainRansacFailed(result);
     case Status::kLowParallax:
-      return "rotation only: " + explainLowParallax(result, options.robust, prefix);
+      return "rotation only: " + explainDoubt(result, options.robust, prefix);
     case Status::kUncalibrated:
       return "correspondences only, no pose: " + about.no_camera;
     case Status::kMotionUnknown:
-      if (result.robust.judgement.doubt == DirectionDoubt::kRepetition) return kRepeats;
-      if (result.robust.judgement.doubt == DirectionDoubt::kFixedToCamera) return explainFixed(prefix);
+      if (result.robust.judgement.doubt == DirectionDoubt::kRepetition ||
+          result.robust.judgement.doubt == DirectionDoubt::kFixedToCamera) {
+        return explainDoubt(result, options.robust, prefix);
+      }
       return cv::format(
           "the %d filtered matches agree on a motion, but different rotations explain them as well: take images "
           "further apart, or of a scene with more depth",

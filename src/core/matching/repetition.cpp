@@ -5,6 +5,8 @@
 #include <cstring>
 #include <numeric>
 
+#include "support/order_statistics.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -13,7 +15,7 @@ namespace {
 constexpr size_t kSamples = 100, kPlaces = 4;
 /// With fewer whose second place is as near as most first ones, nothing is looked for.
 constexpr double kLeastAmbiguous = 0.1;
-/// Bits in which another place differs at most. Posts beside a road, all alike, differ by more.
+/// Bits in which another place differs at most. The posts along a road differ by more.
 constexpr int kAlike = 36;
 /// Share of the samples that show a pattern. Recordings of streets, rooms and boards of tags stay below a quarter.
 constexpr double kRepeats = 0.25;
@@ -41,13 +43,12 @@ std::optional<double> Repetition::period(const Features& reference, const Featur
     distances_.push_back(matches[row].distance);
   }
   if (inliers_.empty()) return std::nullopt;
-  const auto usual = distances_.begin() + static_cast<long>(distances_.size() * 3 / 4);
-  std::nth_element(distances_.begin(), usual, distances_.end());
+  const auto usual = static_cast<int>(nthSmallest(distances_, distances_.size() * 3 / 4));
   const auto ambiguous = std::count_if(inliers_.begin(), inliers_.end(),
-                                       [&](size_t row) { return matches[row].second_distance <= *usual; });
+                                       [&](size_t row) { return matches[row].second_distance <= usual; });
   if (static_cast<double>(ambiguous) < kLeastAmbiguous * static_cast<double>(inliers_.size())) return std::nullopt;
 
-  const int alike = std::min(static_cast<int>(*usual), kAlike);
+  const int alike = std::min(usual, kAlike);
   const auto count = static_cast<size_t>(current.size());
   descriptors_.resize((count + kRowsReadPast) * kHammingBytes);
   for (size_t i = 0; i < count; ++i) {
@@ -68,9 +69,7 @@ std::optional<double> Repetition::period(const Features& reference, const Featur
     if (const auto step = sharedStep(sample, kRadius * spacing)) periods_.push_back(*step);
   }
   if (static_cast<double>(periods_.size()) < kRepeats * static_cast<double>(samples)) return std::nullopt;
-  const auto middle = periods_.begin() + static_cast<long>(periods_.size() / 2);
-  std::nth_element(periods_.begin(), middle, periods_.end());
-  return *middle;
+  return nthSmallest(periods_, periods_.size() / 2);
 }
 
 void Repetition::findElsewhere(const uint8_t* query, const cv::KeyPoint& place, const Features& current, int most,
@@ -103,7 +102,7 @@ void Repetition::findElsewhere(const uint8_t* query, const cv::KeyPoint& place, 
   }
 }
 
-std::optional<double> Repetition::sharedStep(const Sample& sample, float radius) const {
+std::optional<float> Repetition::sharedStep(const Sample& sample, float radius) const {
   for (const cv::Point2f& step : sample.elsewhere) {
     const auto takes_it = [&](const Sample& other) {
       const cv::Point2f apart = other.point - sample.point;

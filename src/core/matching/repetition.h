@@ -1,4 +1,4 @@
-// Finds a pattern that repeats itself: matches that agree on a motion may then all lie a period beside their places.
+// Finds a pattern that repeats itself: matches that agree on a motion may then all be one period off.
 #pragma once
 
 #include <cstdint>
@@ -16,9 +16,9 @@ class Repetition {
  public:
   explicit Repetition(SimdLevel simd) : kernel_(hammingKernel(simd)) {}
 
-  /// The period of the pattern, pixels of the current image, if so many inliers look like another place there as well,
-  /// beside which their neighbours' other places lie, that these are one pattern. Descriptors have 256 bits.
-  /// `inlier`: flags of the matches.
+  /// The period of the pattern, pixels of the current image; nothing if there is none. Many inliers then look like
+  /// another place there as well, as far away as that of their neighbours. Descriptors have 256 bits. `inlier`: flags
+  /// of the matches.
   std::optional<double> period(const Features& reference, const Features& current, const std::vector<Match>& matches,
                                const std::vector<uint8_t>& inlier);
 
@@ -30,16 +30,16 @@ class Repetition {
   void findElsewhere(const uint8_t* query, const cv::KeyPoint& place, const Features& current, int most,
                      Sample& sample);
   /// The length of a step that the sample shares with neighbours within `radius`, pixels, if it shares one.
-  std::optional<double> sharedStep(const Sample& sample, float radius) const;
+  std::optional<float> sharedStep(const Sample& sample, float radius) const;
 
   const HammingKernel& kernel_;
   std::vector<size_t> inliers_;
-  std::vector<uint16_t> distances_;
+  std::vector<float> distances_;
   std::vector<uint8_t> descriptors_;
   std::vector<int32_t> index_;
   std::vector<RowRun> runs_;
   std::vector<Sample> samples_;
-  std::vector<double> periods_;
+  std::vector<float> periods_;
 };
 
 }  // namespace gms_ransac

@@ -6,14 +6,13 @@
 #include <Eigen/Eigenvalues>
 
 #include "judgement/candidates.h"
+#include "past/standstill.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
 
 namespace {
 
-/// Fewer tracks seldom show a motion.
-constexpr size_t kEnoughTracks = 30;
 /// So many pairs in one direction let the next one be expected; it is waited for over as many pairs as were steady.
 constexpr int kSteady = 2, kMostSteady = 4;
 /// In a hand one in ten pairs whose direction nothing before shows is wrong, most with near and far exchanged. If the
@@ -73,7 +72,7 @@ void Continuity::check(Method& method, const Camera& camera, const RobustOptions
     select(past, result);
     const RobustResult& alone = tracks_.robust;
     tracks_.clear();
-    if (tracks_.rows.size() >= kEnoughTracks) tracks_.estimate(method, camera, result);
+    if (static_cast<int>(tracks_.rows.size()) >= kEnoughTracks) tracks_.estimate(method, camera, result);
     if (!known) {
       if (alone.judgement.translation_observable && continues(alone)) tracks_.replace(camera, result);
     } else if (!alone.judgement.pose_found) {

@@ -17,7 +17,6 @@ namespace {
 constexpr double kLeastFixed = 0.1;  ///< of the matches: fewer bend no answer
 constexpr float kLeastMotion = 3;    ///< median displacement of the others, pixels: below it one motion explains both
 constexpr double kMajority = 0.5, kLeastExplained = 0.3;
-constexpr int kManyTracks = 30;  ///< static ones, where the stream knows them
 /// Share of the cells of static tracks that something else may account for.
 constexpr double kFewOfTracks = 0.2;
 /// A body that covers more of the cells is not told from a view.
@@ -139,7 +138,7 @@ double FixedToCamera::probabilityOfRest(const MatchResult& result, const Past* p
     if (others_.robust.inlier[n] != 0) count(others_.rows[n], &Part::moving);
   }
   const Part votes = countCells(cells), of_tracks = countCells(cells_of_tracks);
-  if (tracks >= kManyTracks) {
+  if (tracks >= kEnoughTracks) {
     const bool small = votes.moving < kMostOfBody * (votes.fixed + votes.moving);
     if (small && of_tracks.moving < kFewOfTracks * (of_tracks.fixed + of_tracks.moving)) return 1;
     if (of_tracks.fixed < kFewOfTracks * (of_tracks.fixed + of_tracks.moving)) return 0;

@@ -12,7 +12,7 @@ namespace gms_ransac {
 namespace {
 
 constexpr double kShareAtRest = 0.9;  ///< of the cells at rest
-constexpr int kFewestCells = 15, kFewestTracks = 30;
+constexpr int kFewestCells = 15;
 
 struct CellAtRest {
   int matches = 0, resting = 0;
@@ -37,7 +37,7 @@ bool standsStill(const Features& reference, const Features& current, const Match
   const PointPairs& pairs = result.pairs;
   const std::vector<Match>& matches = result.matches;
   const auto isTrack = [&](const Match& match) { return past != nullptr && past->isStatic(match.reference); };
-  const bool by_tracks = std::count_if(matches.begin(), matches.end(), isTrack) >= kFewestTracks;
+  const bool by_tracks = std::count_if(matches.begin(), matches.end(), isTrack) >= kEnoughTracks;
   std::array<CellAtRest, kSpreadGridSide * kSpreadGridSide> grid;
   const Eigen::Vector2d half(0.5 * pairs.image_reference.width, 0.5 * pairs.image_reference.height);
   for (size_t k = 0; k < matches.size(); ++k) {

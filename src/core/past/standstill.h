@@ -10,6 +10,8 @@ namespace gms_ransac {
 /// Largest displacement of the view as a whole that passes for noise, pixels: that of a keypoint where a camera moves.
 /// A vehicle that stands with its engine on moves the view by 0.005 to 0.18 pixels from image to image (EuRoC V1_01).
 constexpr double kMostDrift = 0.2;
+/// Fewer static tracks seldom show a motion, or none.
+constexpr int kEnoughTracks = 30;
 /// A point at rest in the image moved no further, pixels: three deviations of the finest keypoints (0.2 px at best
 /// where a camera moves, a tenth of that at rest).
 constexpr float kMostMoved = 0.5f;
