@@ -8,7 +8,7 @@
 
 namespace gms_ransac {
 
-/// What a stream has shown of the camera's shutter.
+/// The camera's shutter, as far as the stream has shown it.
 struct Shutter {
   enum Kind : uint8_t { kUnknown, kGlobal, kRolling };
   Kind kind = kUnknown;

@@ -11,8 +11,8 @@ constexpr double kUsualInterval = 1. / 30;  ///< seconds between images without 
 /// Seconds per focal length of rows that separate the two kinds: global shutters come to 0 to 3 ms, as they are
 /// calibrated, those that roll to 9 to 27.
 constexpr double kRolls = 0.005;
-/// Standard deviations beyond it that are sure. A shutter that is called global by mistake costs wrong answers, one
-/// that is called rolling nothing but a sentence; but that is said to the user.
+/// Standard deviations beyond it that are sure. A shutter that is called global by mistake costs wrong answers; one
+/// that is called rolling by mistake costs a wrong sentence in the log.
 constexpr double kSurelyRolls = 4, kSurelyGlobal = 2;
 constexpr int kFewestPairs = 20;
 constexpr double kMostDeviations = 3;  ///< influence of a pair, in its own deviations

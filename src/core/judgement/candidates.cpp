@@ -73,7 +73,7 @@ struct RotatedMatch {
   }
 };
 
-// What may move a match besides the rotation: rest() is what it leaves of the displacement.
+// Motions of a match that the rotation does not explain: rest() is the displacement that they leave.
 
 struct RollingShutter {
   Eigen::Matrix3f rates = Eigen::Matrix3f::Zero();  ///< columns: radians by each of RotatedMatch::rows

@@ -13,7 +13,7 @@ constexpr float kOffsetReach = 3;                       ///< pixels that a patch
 constexpr size_t kFirstAsked = 240, kPointsAsked = 60;  ///< points of the first image, and of each other
 constexpr double kOffsetMemory = 0.98;                  ///< weight of what is known, from image to image
 // Standard deviation of the offset of a point, pixels; one that is so far from the offset expected has a quarter of its
-// weight. Of the first image nothing is expected.
+// weight. For the first image no offset is expected.
 constexpr double kOffsetNoise = 0.3, kFirstSpread = 1;
 constexpr double kOffsetPrior =
     1;  ///< of each coefficient, pixels; with less, KITTI's corners stay off for many images

@@ -1,4 +1,4 @@
-// The choice among the optima that a search came across, once, by what all matches say of them
+// Chooses once among the optima that a search came across, by the costs of all matches
 // (doc/inside/estimator.md).
 #pragma once
 

@@ -34,8 +34,8 @@ constexpr int kSearchedBeside = 125;
 // Pixels above and below. Chance finds a fifth of the points somewhere in 40, so the wider search needs more of them.
 constexpr int kBesideRows = 8, kFarBesideRows = 40;
 constexpr size_t kSureBesideRows = 15, kSureFarBesideRows = 30;
-// Points on their rows for each beside them at which a doubt ends. KITTI has two to thirty, and at most one if the
-// right image is one late.
+// Points on their rows for each above or below them, from which on a doubt ends. KITTI has two to thirty, and at most
+// one if the right image is one late.
 constexpr double kSureOnRows = 1.5;
 // Share of those searched that are found in the other direction where left and right are exchanged: 0.2 to 0.35 on
 // KITTI, 0.05 if they are not.

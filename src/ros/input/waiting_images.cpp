@@ -26,7 +26,7 @@ void keep(const Message& message, size_t most, std::deque<Message>& kept) {
   kept.push_back(message);
 }
 
-/// Sets `message`, where it is not set, to the one of that stamp; returns true if there is one.
+/// Sets `message`, unless it is set, to the one of that stamp; returns true if there is one.
 template <typename Message>
 bool findByStamp(const ros::Time& stamp, const std::deque<Message>& kept, Message& message) {
   const auto same = [&](const Message& each) { return each->header.stamp == stamp; };

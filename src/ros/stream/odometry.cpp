@@ -60,7 +60,7 @@ void restart(double stamp, MotionIntegrator& place, ProcessedFrame& answer) {
 /// The motion since the place is not known.
 void lose(double stamp, MotionIntegrator& place) {
   const double passed = stamp - place.stamp.value_or(stamp);
-  // Stamps that were set back do not tell how long it was: two images, which is when it is noticed.
+  // Stamps that were set back do not show how long it took: two images, after which it is noticed.
   place.lose(passed >= 0 ? passed : 2 * place.usualInterval());
   place.stamp = stamp;
 }

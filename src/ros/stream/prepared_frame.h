@@ -140,7 +140,7 @@ class FramePreparation {
   const Parameters parameters_;
   CameraModelSource camera_source_;
   StampWatch stamps_;
-  // Of the image before, in order; null: none.
+  // The image before, in order, and its keypoints; null: none.
   sensor_msgs::ImageConstPtr image_before_;
   KeypointsConstPtr keypoints_before_;
   std::shared_ptr<const CameraModel> camera_before_;
