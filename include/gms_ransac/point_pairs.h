@@ -18,7 +18,7 @@ constexpr int kSpreadGridSide = 20;
 /// The cell of a pixel, row by row from 0; the nearest one for a pixel outside.
 int32_t spreadCell(const cv::Point2f& pixel, const cv::Size& image);
 
-/// The matches that survived the filter, as columns of N entries.
+/// The matches that survived the filter, as columns of N rows: those of MatchResult.
 struct PointPairs {
   std::vector<float> x_reference, y_reference;  ///< pixels of the ideal pinhole camera; of the image if uncalibrated
   std::vector<float> x_current, y_current;
@@ -33,7 +33,7 @@ struct PointPairs {
   std::optional<MotionStart> previous_motion;   ///< of the pair before, a proposal
   bool global_shutter = false;                  ///< the stream has shown that the shutter does not roll
   std::optional<double> seconds;                ///< from the reference to the current image, where that is known
-  /// Rows in the distorted images of a rolling shutter; empty: y.
+  /// Image rows in the distorted images of a rolling shutter; empty: y.
   std::vector<float> row_reference, row_current;
 
   int size() const { return static_cast<int>(x_reference.size()); }
@@ -41,11 +41,11 @@ struct PointPairs {
   /// Becomes the matches at `rows` of another object, in this order, with all else that is known of the pair.
   void gather(const PointPairs& all, const std::vector<int>& rows);
   /// False if a coordinate is not finite or a million pixels and more from the origin; such a match is an outlier.
-  bool hasCoordinates(size_t i) const {
+  bool hasCoordinates(size_t row) const {
     constexpr float kFarthest = 1e6f;  // a fisheye lens of 10000 px reaches as far, 0.6 degrees short of a right angle
     const auto is_coordinate = [](float value) { return std::abs(value) < kFarthest; };  // nor NaN
-    return is_coordinate(x_reference[i]) && is_coordinate(y_reference[i]) && is_coordinate(x_current[i]) &&
-           is_coordinate(y_current[i]);
+    return is_coordinate(x_reference[row]) && is_coordinate(y_reference[row]) && is_coordinate(x_current[row]) &&
+           is_coordinate(y_current[row]);
   }
 };
 

@@ -55,14 +55,14 @@ constexpr float kTiny = 1e-18f;  ///< keeps points on the line at infinity finit
 struct RotatedMatch {
   Eigen::Vector2f place, displacement;  ///< of the reference point after the rotation, and to the current point
   Eigen::Matrix<float, 2, 3> flow;      ///< derivative of the place by a small rotation
-  Eigen::Vector3f rows;  ///< 1, the row in the reference image, and by how much it differs in the current
+  Eigen::Vector3f rows;  ///< 1, the image row in the reference, and by how much it differs in the current
   float weight;
 
-  RotatedMatch(const PointColumnsView& points, int i, const Eigen::Matrix3f& R)
-      : rows(1, points.y1[i], points.y2[i] - points.y1[i]), weight(points.weight[i]) {
-    const Eigen::Vector3f ray = R * Eigen::Vector3f(points.x1[i], points.y1[i], 1);
+  RotatedMatch(const PointColumnsView& points, int slot, const Eigen::Matrix3f& R)
+      : rows(1, points.y1[slot], points.y2[slot] - points.y1[slot]), weight(points.weight[slot]) {
+    const Eigen::Vector3f ray = R * Eigen::Vector3f(points.x1[slot], points.y1[slot], 1);
     place = ray.head<2>() * (ray.z() / (ray.z() * ray.z() + kTiny));
-    displacement = Eigen::Vector2f(points.x2[i], points.y2[i]) - place;
+    displacement = Eigen::Vector2f(points.x2[slot], points.y2[slot]) - place;
     const float x = place.x(), y = place.y();
     flow << -x * y, 1 + x * x, -y, -(1 + y * y), x * y, x;
   }
@@ -94,28 +94,28 @@ struct MotionPastPlane {
   Eigen::Vector2f rest(const RotatedMatch& match) const { return match.displacement - derivative(match) * step; }
 };
 
-/// Sums up a step of reweighted least squares over the first `count` matches: calls add(i, match, rest, falloff), the
+/// Sums up a step of reweighted least squares over the first `count` slots: calls add(slot, match, rest, falloff), the
 /// root of the loss's weight.
 template <class Motion, class Add>
 void sumReweighted(const RefinedPose& refined, const Eigen::Matrix3f& R, const Motion& motion, int count,
                    float softness, const Add& add) {
   const PointColumnsView points = refined.points->view();
   const float per_variance = refined.perVariance();
-  for (int i = 0; i < count; ++i) {
-    const RotatedMatch match(points, i, R);
+  for (int slot = 0; slot < count; ++slot) {
+    const RotatedMatch match(points, slot, R);
     const Eigen::Vector2f rest = motion.rest(match);
-    add(static_cast<size_t>(i), match, rest, 1 / (1 + match.cost(rest, per_variance) / softness));
+    add(static_cast<size_t>(slot), match, rest, 1 / (1 + match.cost(rest, per_variance) / softness));
   }
 }
 
-/// vuongStatistic of the pose against a motion on the first `count` matches. `cost(i)`: the motion's of match i;
-/// `most`: of any.
+/// vuongStatistic of the pose against a motion on the first `count` slots. `cost(slot)`: the motion's; `most`: of any.
 template <class Cost>
 double poseAgainst(const RefinedPose& refined, int count, float most, const Cost& cost) {
   const float per_variance = refined.perVariance();
   const std::vector<float>& squares = refined.noise.residuals();
-  return vuongStatistic(count, refined.points->cells(),
-                        [&](size_t i) { return std::min(cost(i), most) - std::min(squares[i] * per_variance, most); });
+  return vuongStatistic(count, refined.points->cells(), [&](size_t slot) {
+    return std::min(cost(slot), most) - std::min(squares[slot] * per_variance, most);
+  });
 }
 
 /// The same against a rotation with what moves the matches besides.
@@ -123,8 +123,8 @@ template <class Motion>
 double poseAgainstRotation(const RefinedPose& refined, const Eigen::Matrix3f& R, const Motion& motion, int count) {
   const PointColumnsView points = refined.points->view();
   const float per_variance = refined.perVariance();
-  return poseAgainst(refined, count, kMostCost, [&](size_t i) {
-    const RotatedMatch match(points, static_cast<int>(i), R);
+  return poseAgainst(refined, count, kMostCost, [&](size_t slot) {
+    const RotatedMatch match(points, static_cast<int>(slot), R);
     return match.cost(motion.rest(match), per_variance) - kDepthCost;
   });
 }
@@ -213,12 +213,12 @@ Explanation pastPlane(const RefinedPose& refined, const Eigen::Matrix3d& rotatio
     pull_of_cell.fill(Vector::Zero());
     sumReweighted(refined, R, MotionPastPlane{motion.cast<float>()},
                   std::min(all, coarse ? kRandomPart : 2 * kRandomPart), softness,
-                  [&](size_t i, const RotatedMatch& match, const Eigen::Vector2f& rest, float falloff) {
+                  [&](size_t slot, const RotatedMatch& match, const Eigen::Vector2f& rest, float falloff) {
                     const Eigen::Matrix<float, 2, 6> J = MotionPastPlane::derivative(match);
                     const float weight = per_variance * match.weight * falloff * falloff;
                     const Eigen::Matrix<float, 6, 1> pull = J.transpose() * (weight * rest);
                     const Eigen::Matrix<float, 6, 6> square = weight * J.transpose().lazyProduct(J);
-                    pull_of_cell[static_cast<size_t>(cells[i])] += pull.cast<double>();
+                    pull_of_cell[static_cast<size_t>(cells[slot])] += pull.cast<double>();
                     information += square.cast<double>();
                   });
     Vector pull = -prior.cwiseProduct(motion);
@@ -234,7 +234,7 @@ Explanation pastPlane(const RefinedPose& refined, const Eigen::Matrix3d& rotatio
           poseAgainstRotation(refined, R, MotionPastPlane{motion.cast<float>()}, all)};
 }
 
-/// Refines a motion on the first `count` matches and compares it there; infinite if it converged to the pose: their
+/// Refines a motion on the first `count` slots and compares it there; infinite if it converged to the pose: their
 /// directions then agree to `same_within` radians.
 double againstMotion(const RefinedPose& refined, double same_within, int count, int iterations,
                      std::vector<float>& residuals, TwoViewPose& motion) {
@@ -243,8 +243,9 @@ double againstMotion(const RefinedPose& refined, double same_within, int count, 
   refined.model().first(count).residualsInFront(motion, residuals);
   const float per_variance = refined.perVariance();
   // Costs end at the threshold where that is less: a homography's is many times the noise.
-  return poseAgainst(refined, count, std::min(kMostCost, per_variance), [&](size_t i) {
-    return (refined.noise.plausible(static_cast<int>(i)) ? residuals : refined.noise.residuals())[i] * per_variance;
+  return poseAgainst(refined, count, std::min(kMostCost, per_variance), [&](size_t slot) {
+    const bool plausible = refined.noise.plausible(static_cast<int>(slot));
+    return (plausible ? residuals : refined.noise.residuals())[slot] * per_variance;
   });
 }
 
@@ -255,14 +256,14 @@ void countStatic(const RefinedPose& refined, const RotationAlone& alone, Verdict
   const Eigen::Vector3f t = refined.pose.t.cast<float>();
   const float per_variance = refined.perVariance();
   int inliers = 0, near = 0, further = 0, backwards = 0;
-  for (int i = 0; i < points.count; ++i) {
-    const auto column = static_cast<size_t>(i);
-    const float cost = refined.noise.residuals()[column] * per_variance;
+  for (int slot = 0; slot < points.count; ++slot) {
+    const auto s = static_cast<size_t>(slot);
+    const float cost = refined.noise.residuals()[s] * per_variance;
     const bool inlier = cost < kMostCost;
     // Squared, without the part across the epipolar line.
-    const float along = 0.5f * alone.residuals[column] * per_variance - cost;
+    const float along = 0.5f * alone.residuals[s] * per_variance - cost;
     // The way of a point that comes from infinity, times a depth. Noise moves half of those there against it.
-    const RotatedMatch match(points, i, R);
+    const RotatedMatch match(points, slot, R);
     const Eigen::Vector2f way = t.head<2>() - t.z() * match.place;
     const float ahead = match.displacement.dot(way);
     const float farthest = 2 * kFurther / (per_variance * match.weight) * way.squaredNorm();
@@ -296,10 +297,9 @@ void fitRotation(const RefinedPose& refined, RotationAlone& alone) {
   model.rotationResiduals(alone.R, alone.residuals);
   std::vector<float>& parallaxes = alone.parallaxes;
   parallaxes.clear();
-  for (int i = 0; i < model.points().count; ++i) {
-    const auto column = static_cast<size_t>(i);
-    if (!(refined.noise.residuals()[column] < 1)) continue;
-    parallaxes.push_back(std::sqrt(alone.residuals[column] / model.points().weight[i]));
+  for (size_t slot = 0; slot < static_cast<size_t>(model.points().count); ++slot) {
+    if (!(refined.noise.residuals()[slot] < 1)) continue;
+    parallaxes.push_back(std::sqrt(alone.residuals[slot] / model.points().weight[slot]));
   }
   alone.median_parallax = parallaxes.empty() ? 0 : nthSmallest(parallaxes, parallaxes.size() / 2);
 }
@@ -323,8 +323,8 @@ Eigen::Matrix3d rotationCovariance(const PoseModel& model, const Eigen::Matrix3d
 Verdict compareRotations(const RefinedPose& refined, const RotationAlone& alone, bool shutter_may_roll) {
   const float per_variance = refined.perVariance();
   Verdict verdict;
-  verdict.rotation = poseAgainst(refined, refined.points->size(), kMostCost, [&](size_t i) {
-    return 0.5f * alone.residuals[i] * per_variance - kDepthCost;  // a transfer has the noise of both images
+  verdict.rotation = poseAgainst(refined, refined.points->size(), kMostCost, [&](size_t slot) {
+    return 0.5f * alone.residuals[slot] * per_variance - kDepthCost;  // a transfer has the noise of both images
   });
   verdict.rolling = shutter_may_roll ? againstRolling(refined, alone.R) : verdict.rotation;
   countStatic(refined, alone, verdict);

@@ -25,7 +25,7 @@ constexpr double kOtherDirection = 20 * M_PI / 180;
 /// The comparison: the statistic of Vuong's test of non-nested models (Econometrica 1989). It is the sum over `count`
 /// matches of the cost of the second model minus that of the first, over the root of the sum of squares, not centred.
 /// Each cell is one observation, because its matches have correlated errors. At most the root of the number of cells.
-/// `difference(i)`: of match i; `cells`: of each match.
+/// `difference(i)`, cells[i]: of match i, a row or a slot.
 template <class Difference>
 double vuongStatistic(int count, const std::vector<int32_t>& cells, const Difference& difference) {
   std::array<double, kCellCount> by_cell = {};
@@ -48,7 +48,7 @@ struct AlternativeMotion {
 /// The rotation that explains the matches best by itself. Keeps its storage.
 struct RotationAlone {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  ///< from reference to current
-  std::vector<float> residuals;                     ///< squared transfer distance of each column
+  std::vector<float> residuals;                     ///< squared transfer distance of each slot
   std::vector<float> parallaxes;  ///< of the pose's inliers, working units: the displacements that it leaves, unsorted
   double median_parallax = 0;
 };

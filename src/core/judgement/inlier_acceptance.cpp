@@ -20,12 +20,12 @@ bool spansSpots(const std::vector<float>& x, const std::vector<float>& y, const 
   const float distance = kSpotDistance * static_cast<float>(std::min(image.width, image.height));
   std::array<cv::Point2f, kMostSpots> spots;
   int count = 0;
-  for (size_t i = 0; i < inlier.size() && count < needed; ++i) {
-    if (!inlier[i]) continue;
+  for (size_t row = 0; row < inlier.size() && count < needed; ++row) {
+    if (!inlier[row]) continue;
     const auto near = [&](const cv::Point2f& spot) {
-      return std::max(std::abs(x[i] - spot.x), std::abs(y[i] - spot.y)) < distance;
+      return std::max(std::abs(x[row] - spot.x), std::abs(y[row] - spot.y)) < distance;
     };
-    if (std::none_of(spots.begin(), spots.begin() + count, near)) spots[count++] = {x[i], y[i]};
+    if (std::none_of(spots.begin(), spots.begin() + count, near)) spots[count++] = {x[row], y[row]};
   }
   return count >= needed;
 }
@@ -37,9 +37,9 @@ bool collinear(const std::vector<float>& x, const std::vector<float>& y, const s
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
   double n = 0;
-  for (size_t i = 0; i < inlier.size(); ++i) {
-    if (!inlier[i]) continue;
-    const Eigen::Vector2d point(x[i], y[i]);
+  for (size_t row = 0; row < inlier.size(); ++row) {
+    if (!inlier[row]) continue;
+    const Eigen::Vector2d point(x[row], y[row]);
     sum += point;
     scatter += point * point.transpose();
     ++n;
@@ -58,7 +58,8 @@ bool inliersAreAccepted(const PointPairs& pairs, const TwoViewPoints& points, in
   if (order != nullptr) {
     for (int length = pairs.size() / 2, halvings = 0; halvings < 3 && !supported; length /= 2, ++halvings) {
       int inliers = 0;
-      for (int k = 0; k < length; ++k) inliers += result.inlier[points.matchOf((*order)[static_cast<size_t>(k)])];
+      for (size_t rank = 0; rank < static_cast<size_t>(length); ++rank)
+        inliers += result.inlier[points.rowOf((*order)[rank])];
       supported = inliers >= chance.minimum(sample_size, length);
     }
   }

@@ -12,9 +12,8 @@ namespace gms_ransac {
 
 /// Reads result.inlier and inlier_count. Returns false if the support could be chance for a model of `sample_size`
 /// points. Returns false, too, if the inliers lie in too few spots of the images to check the model, or, up to the
-/// threshold, on a line of one image. `order`: columns of `points`, most confident first, if there is such an order.
-/// Then support among the first half, quarter or eighth of them that is no chance suffices, as in PROSAC (Chum & Matas
-/// 2005). `chance`: storage.
+/// threshold, on a line of one image. `order`: slots by rank, if there is such an order. Then support among the first
+/// half, quarter or eighth of them that is no chance suffices, as in PROSAC (Chum & Matas 2005). `chance`: storage.
 bool inliersAreAccepted(const PointPairs& pairs, const TwoViewPoints& points, int sample_size, double threshold_px,
                         const RobustResult& result, const std::vector<int>* order, ChanceSupport& chance);
 

@@ -41,8 +41,8 @@ void MatchNoise::measure(const PoseModel& model, const TwoViewPose& pose, const 
   model.residuals(pose, residuals_);
   model.rotationResiduals(pose.R, parallaxes_);
   weighParallaxes(points);
-  for (size_t i = 0; i < of_other.size(); ++i) {
-    if (of_other[i]) odds_[i] = std::max(odds_[i], 1 / kLeastWrong);
+  for (size_t slot = 0; slot < of_other.size(); ++slot) {
+    if (of_other[slot]) odds_[slot] = std::max(odds_[slot], 1 / kLeastWrong);
   }
   fit(points.count);
 }
@@ -66,8 +66,8 @@ void MatchNoise::weighParallaxes(const PointColumnsView& points) {
   odds = Eigen::Map<const Eigen::ArrayXf>(parallaxes_.data(), points.size).max(kSmallestSigma * kSmallestSigma);
   kernels_.logarithm(odds_.data(), 1, points.size, odds_.data());
   octaves_.clear();
-  for (size_t i = 0; i < static_cast<size_t>(points.count); ++i) {
-    if (residuals_[i] < 1) octaves_.push_back(kHalfLog2 * odds_[i]);
+  for (size_t slot = 0; slot < static_cast<size_t>(points.count); ++slot) {
+    if (residuals_[slot] < 1) octaves_.push_back(kHalfLog2 * odds_[slot]);
   }
   if (octaves_.empty()) return odds_.assign(odds_.size(), 1.f);
   const auto [low, centre, high] = quantiles(octaves_);
@@ -86,18 +86,18 @@ void MatchNoise::gather(int count, const Square& square, const Wrong& wrong) con
   within_.clear();
   within_.reserve(static_cast<size_t>(count));  // so that how many lie within allocates nothing
   near_.resize(kColumns, count);
-  for (int i = 0; i < count; ++i) {
-    const float residual = square(static_cast<size_t>(i));
+  for (int slot = 0; slot < count; ++slot) {
+    const float residual = square(static_cast<size_t>(slot));
     if (!(residual < kSquaredWindow)) continue;
     near_.column(kSquare)[within_.size()] = residual;
-    near_.column(kWrong)[within_.size()] = wrong(static_cast<size_t>(i));
-    within_.push_back(i);
+    near_.column(kWrong)[within_.size()] = wrong(static_cast<size_t>(slot));
+    within_.push_back(slot);
   }
 }
 
 void MatchNoise::fit(int count) {
   gather(
-      count, [this](size_t i) { return residuals_[i]; }, [this](size_t i) { return odds_[i]; });
+      count, [this](size_t slot) { return residuals_[slot]; }, [this](size_t slot) { return odds_[slot]; });
   const auto within = static_cast<int>(within_.size());
   const Eigen::Map<const Eigen::ArrayXf> e(near_.column(kSquare), within), odds(near_.column(kWrong), within);
   Eigen::Map<Eigen::ArrayXf> probability(near_.column(kNear), within);
@@ -172,7 +172,7 @@ const std::vector<float>& MatchNoise::weigh(const PointColumnsView& points, floa
   if (rotated != nullptr) {
     // A transfer distance has the noise of both images.
     gather(
-        points.count, [&](size_t i) { return 0.5f * (*rotated)[i]; }, [](size_t) { return 1 / kSquaredWindow; });
+        points.count, [&](size_t slot) { return 0.5f * (*rotated)[slot]; }, [](size_t) { return 1 / kSquaredWindow; });
     fitShares(points, finest_weight, false);
     return right_;
   }
@@ -181,8 +181,8 @@ const std::vector<float>& MatchNoise::weigh(const PointColumnsView& points, floa
     // The parallaxes that another motion should have are unknown.
     gather(
         points.count,
-        [&](size_t i) { return of_other.empty() || of_other[i] == other ? residuals_[i] : kSquaredWindow; },
-        [&](size_t i) { return (other ? 1.f : odds_[i]) / kWindow; });
+        [&](size_t slot) { return of_other.empty() || of_other[slot] == other ? residuals_[slot] : kSquaredWindow; },
+        [&](size_t slot) { return (other ? 1.f : odds_[slot]) / kWindow; });
     fitShares(points, finest_weight, true);
   }
   return right_;

@@ -169,11 +169,11 @@ void PoseInformation::sumParts(int count, const std::vector<int32_t>& cell_of) {
   for (int k = 0; k < DerivativeColumn::kParameterCount; ++k) columns[k] = columns_.column(k);
   const float* pulls = columns_.column(DerivativeColumn::kPull);
   Eigen::Matrix<float, kLanes, 1> J = Eigen::Matrix<float, kLanes, 1>::Zero();
-  for (int i = 0; i < count; ++i) {
-    for (int k = 0; k < DerivativeColumn::kParameterCount; ++k) J[k] = columns[k][i];
+  for (int slot = 0; slot < count; ++slot) {
+    for (int k = 0; k < DerivativeColumn::kParameterCount; ++k) J[k] = columns[k][slot];
     // A match that takes part moves the direction of translation, if by ever so little.
     if (J[DerivativeColumn::kTranslation] == 0 && J[DerivativeColumn::kTranslation + 1] == 0) continue;
-    const int32_t cell = cell_of[static_cast<size_t>(i)];
+    const int32_t cell = cell_of[static_cast<size_t>(slot)];
     int& place = place_of_cell[static_cast<size_t>(cell)];
     if (place < 0) {
       place = static_cast<int>(cells.size());
@@ -182,7 +182,7 @@ void PoseInformation::sumParts(int count, const std::vector<int32_t>& cell_of) {
     PartSums& part = cells[static_cast<size_t>(place)];
     ++part.count;
     for (int k = 0; k < kPoseParameters; ++k) part.products.col(k) += J[k] * J;
-    part.products.col(kPoseParameters) += pulls[i] * J;
+    part.products.col(kPoseParameters) += pulls[slot] * J;
   }
   blocks.assign(kBlockCount, {});
   gradient.setZero();

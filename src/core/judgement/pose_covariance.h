@@ -69,7 +69,7 @@ class PoseInformation {
   std::vector<PartSums> cells;     ///< those with matches
   std::vector<PartSums> blocks;    ///< all of them
 
-  /// Sums up the matches of a pair. `plausible`: the points, implausible ones without weight; `cells`: of each column.
+  /// Sums up the matches of a pair. `plausible`: the points, implausible ones without weight; `cells`: of each slot.
   void sum(const ResidualKernels& kernels, const PointColumnsView& plausible, const TwoViewPose& pose, const Loss& loss,
            const std::vector<int32_t>& cells);
 

@@ -29,7 +29,7 @@ constexpr double kHalfWay = 4;
 void measureNoise(const TwoViewPose& pose, RefinedPose& refined) {
   refined.pose = pose;
   refined.noise.measure(refined.model(), pose, refined.bodies.of_other);
-  refined.plausible.copy(refined.points->view(), [&](int column) { return refined.noise.plausible(column); });
+  refined.plausible.copy(refined.points->view(), [&](int slot) { return refined.noise.plausible(slot); });
 }
 
 /// True if an optimum of the usual loss is also one of the loss that the noise asks for: their softness is equal, and
@@ -37,9 +37,9 @@ void measureNoise(const TwoViewPose& pose, RefinedPose& refined) {
 bool atOptimum(const RefinedPose& refined) {
   const Loss loss = refined.noise.loss();
   if (loss.inverse_softness != 1) return false;
-  for (int i = 0; i < refined.points->size(); ++i) {
-    const float residual = refined.noise.residuals()[static_cast<size_t>(i)];
-    if (!refined.noise.plausible(i) && residual < loss.cut) return false;
+  for (int slot = 0; slot < refined.points->size(); ++slot) {
+    const float residual = refined.noise.residuals()[static_cast<size_t>(slot)];
+    if (!refined.noise.plausible(slot) && residual < loss.cut) return false;
   }
   return true;
 }
@@ -173,10 +173,10 @@ const Judgement& PoseJudge::conclude(const RefinedPose& refined, DirectionDoubt 
   judgement_.row_rates = camera.rates;
   judgement_.sigma_px = noise.sigma() * options_.inlierThreshold();
   judgement_.noise_exponent = points.noiseExponent();
-  points.inOrderOfMatches(
+  points.toRows(
       noise.weigh(points.view(), points.finestWeight(), refined.bodies.of_other, rotated ? &alone_.residuals : nullptr),
       judgement_.probability);
-  points.inOrderOfMatches(rotated ? alone_.residuals : noise.residuals(), judgement_.residual);
+  points.toRows(rotated ? alone_.residuals : noise.residuals(), judgement_.residual);
   // A transfer distance has the noise of both images.
   noise.toDeviations(rotated ? 0.5 : 1, judgement_.residual);
   return judgement_;

@@ -133,27 +133,30 @@ void Segmentation::find(const RefinedPose& refined, TwoBodies& bodies) {
   const PointColumnsView view = model.points();
   const std::vector<int32_t>& cells = refined.points->cells();
   of_other.resize(static_cast<size_t>(view.count));
-  for (size_t i = 0; i < of_other.size(); ++i) of_other[i] = at.holds(blockOf(cells[i]));
+  for (size_t slot = 0; slot < of_other.size(); ++slot) of_other[slot] = at.holds(blockOf(cells[slot]));
   TwoViewPose motions[2] = {refined.pose, refined.pose};
   for (int round = 0; round < kRounds; ++round) {
     for (int k = 0; k < 2; ++k) {
-      own_.copy(view, [&](int i) { return of_other[static_cast<size_t>(i)] == k; });
+      own_.copy(view, [&](int slot) { return of_other[static_cast<size_t>(slot)] == k; });
       PoseModel(refined.kernels, own_.view()).refine(kRobustLoss, kFinalIterations, motions[k], kEnough);
       model.residualsInFront(motions[k], residuals_[k]);
     }
     second_worse_.assign(kCellCount, 0.f);
-    for (size_t i = 0; i < of_other.size(); ++i) {
-      second_worse_[static_cast<size_t>(cells[i])] += std::min(residuals_[1][i], 1.f) - std::min(residuals_[0][i], 1.f);
+    for (size_t slot = 0; slot < of_other.size(); ++slot) {
+      second_worse_[static_cast<size_t>(cells[slot])] +=
+          std::min(residuals_[1][slot], 1.f) - std::min(residuals_[0][slot], 1.f);
     }
-    for (size_t i = 0; i < of_other.size(); ++i) of_other[i] = second_worse_[static_cast<size_t>(cells[i])] < 0;
+    for (size_t slot = 0; slot < of_other.size(); ++slot) {
+      of_other[slot] = second_worse_[static_cast<size_t>(cells[slot])] < 0;
+    }
   }
   double one = 0, two = 0;
   int explained[2] = {0, 0};
-  for (size_t i = 0; i < of_other.size(); ++i) {
-    const float e = residuals_[of_other[i]][i];
-    one += static_cast<double>(std::min(refined.noise.residuals()[i], 1.f));
+  for (size_t slot = 0; slot < of_other.size(); ++slot) {
+    const float e = residuals_[of_other[slot]][slot];
+    one += static_cast<double>(std::min(refined.noise.residuals()[slot], 1.f));
     two += static_cast<double>(std::min(e, 1.f));
-    explained[of_other[i]] += e < 1;
+    explained[of_other[slot]] += e < 1;
   }
   if (!(two < kMostCostOfTwo * one)) return of_other.clear();
   const bool swapped = explained[1] > explained[0];
@@ -168,8 +171,8 @@ double Segmentation::shareOfSecond(const RefinedPose& refined, double least) {
   if (refined.bodies.found() && refined.bodies.smaller_share > least) return refined.bodies.smaller_share;
   const PointColumnsView points = refined.points->view();
   rest_.clear();
-  for (int i = 0; i < points.count; ++i) {
-    if (refined.noise.probabilities()[static_cast<size_t>(i)] < 0.5f) rest_.push_back(i);
+  for (int slot = 0; slot < points.count; ++slot) {
+    if (refined.noise.probabilities()[static_cast<size_t>(slot)] < 0.5f) rest_.push_back(slot);
   }
   const int rest = static_cast<int>(rest_.size()), explained = points.count - rest;
   if (rest < least * explained) return 0;

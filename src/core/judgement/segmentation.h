@@ -34,7 +34,7 @@ PoseBreak findBreak(const PoseInformation& all, double variance);
 /// Two motions that share the matches.
 struct TwoBodies {
   TwoViewPose larger;             ///< the motion that explains more matches
-  std::vector<uint8_t> of_other;  ///< of each column: 1 where its cell follows the other motion; empty: there is none
+  std::vector<uint8_t> of_other;  ///< of each slot: 1 where its cell follows the other motion; empty: there is none
   double smaller_share = 0;       ///< matches that the other explains, of those that the larger one does
 
   bool found() const { return !of_other.empty(); }
@@ -54,7 +54,7 @@ class Segmentation {
   std::vector<float> residuals_[2];
   std::vector<float> second_worse_;  ///< of each cell, by how much the second motion explains it worse than the first
   PointColumns own_;
-  std::vector<int> rest_;  ///< columns that the pose does not explain
+  std::vector<int> rest_;  ///< slots that the pose does not explain
   std::vector<TwoViewPose> motions_;
 };
 

@@ -25,7 +25,7 @@ class ConfidenceGroupSampler : public Sampler {
 
  private:
   struct Group {
-    int size;   ///< matches, from the first in the order
+    int size;   ///< ranks, from the first
     int bound;  ///< draws from this group that make the success probability
   };
   bool phaseFailed() const;

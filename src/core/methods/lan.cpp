@@ -22,8 +22,8 @@ class Lan : public TextbookMethod {
     RobustResult& robust = result.robust;
     if (!robust.model_found) return;
     inliers_.clear();
-    for (size_t k = 0; k < result.matches.size(); ++k) {
-      if (robust.inlier[k]) inliers_.push_back(result.matches[k]);
+    for (size_t row = 0; row < result.matches.size(); ++row) {
+      if (robust.inlier[row]) inliers_.push_back(result.matches[row]);
     }
     // The thinned set has fewer supporters: without a lower threshold it would lose its sparse cells.
     const double kept = static_cast<double>(inliers_.size()) / static_cast<double>(result.raw.size());

@@ -98,7 +98,7 @@ class LoProsac : public RansacMethod {
     pair.result.optimum = MotionStart(answer.pose);
   }
 
-  /// The search ends when it is sure of the first matches of the order, which are few where few have survived: a wrong
+  /// The search ends when it is sure of the first ranks, which are few where few have survived: a wrong
   /// motion may explain most of them (doc/measured/constants.md).
   void searchWider(const PoseModel& plain, Effort& effort, Search& search) {
     const int left = std::min(kWideSamples, mostSamples() - effort.hypotheses);

@@ -49,8 +49,8 @@ void Optima::measure(const PoseModel& model, const TwoViewPose& found) {
   model.rotationResiduals(found.R, parallaxes_);
   const auto medianOfInliers = [&](const std::vector<float>& values) {
     sorted_.clear();
-    for (size_t i = 0; i < count; ++i) {
-      if (residuals_[i] < 1) sorted_.push_back(values[i]);
+    for (size_t slot = 0; slot < count; ++slot) {
+      if (residuals_[slot] < 1) sorted_.push_back(values[slot]);
     }
     return sorted_.empty() ? 1 : nthSmallest(sorted_, sorted_.size() / 2);
   };
@@ -61,8 +61,8 @@ void Optima::measure(const PoseModel& model, const TwoViewPose& found) {
 void Optima::propose(const PoseModel& model, const TwoViewPose& found, const std::vector<TwoViewPose>& starts) {
   optima_.clear();
   for (const TwoViewPose& start : starts) optima_.push_back({start, false, 0});
-  far_.copy(firstColumns(model.points(), kRandomPart),
-            [this](int i) { return parallaxes_[static_cast<size_t>(i)] <= median_parallax_; });
+  far_.copy(firstSlots(model.points(), kRandomPart),
+            [this](int slot) { return parallaxes_[static_cast<size_t>(slot)] <= median_parallax_; });
   TwoViewPose of_far = found;
   PoseModel(kernels_, far_.view()).refine(kRobustLoss, kPartIterations, of_far);
   optima_.push_back({of_far, false, 0});
@@ -72,8 +72,8 @@ void Optima::propose(const PoseModel& model, const TwoViewPose& found, const std
 float Optima::costOf(const PoseModel& model, const TwoViewPose& pose) {
   model.residualsInFront(pose, residuals_);
   float sum = 0;
-  for (int i = 0; i < model.points().count; ++i) {
-    sum += std::min(per_variance_ * residuals_[static_cast<size_t>(i)], kMostCost);
+  for (int slot = 0; slot < model.points().count; ++slot) {
+    sum += std::min(per_variance_ * residuals_[static_cast<size_t>(slot)], kMostCost);
   }
   return sum;
 }

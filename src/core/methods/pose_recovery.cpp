@@ -109,10 +109,10 @@ void PoseRecovery::collectInliers(const PointPairs& pairs, const Eigen::Matrix3d
   const Eigen::Matrix3d K_inverse = K.inverse();
   reference_.clear();
   current_.clear();
-  for (size_t i = 0; i < inlier.size(); ++i) {
-    if (!inlier[i]) continue;
-    reference_.emplace_back(K_inverse * Eigen::Vector3d(pairs.x_reference[i], pairs.y_reference[i], 1));
-    current_.emplace_back(K_inverse * Eigen::Vector3d(pairs.x_current[i], pairs.y_current[i], 1));
+  for (size_t row = 0; row < inlier.size(); ++row) {
+    if (!inlier[row]) continue;
+    reference_.emplace_back(K_inverse * Eigen::Vector3d(pairs.x_reference[row], pairs.y_reference[row], 1));
+    current_.emplace_back(K_inverse * Eigen::Vector3d(pairs.x_current[row], pairs.y_current[row], 1));
   }
 }
 

@@ -31,8 +31,7 @@ class PoseRecovery {
   /// a pose of an essential or a fundamental matrix moves to the robust optimum over the matches near it, and an
   /// essential matrix follows. A plane leaves a fundamental matrix undetermined, so its optimum may be another one that
   /// explains the matches better. There is none without a calibration. A homography of a pure rotation gives a zero
-  /// translation. `points`: the columns that the model was found in, which are looked at again where they are
-  /// normalised.
+  /// translation. `points`: what the model was found in, which are looked at again where they are normalised.
   RecoveredPose recover(const PointPairs& pairs, const Camera& camera, const TwoViewPoints& points,
                         const RobustResult& result, bool refine);
 

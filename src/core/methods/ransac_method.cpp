@@ -57,7 +57,7 @@ bool RansacMethod::begin(const PairTask& pair, double noise_exponent) {
 
 void RansacMethod::sort(const PointPairs& pairs, std::optional<SortKey> key) {
   ordering_.sort(pairs, key, order_);
-  points_.toColumns(order_);
+  points_.toSlots(order_);
 }
 
 SamplingTask RansacMethod::task(int matches, int max_iterations) const {
@@ -96,9 +96,9 @@ void RansacMethod::weighMatches(const TwoViewModel& model, const Hypothesis& bes
   const bool on_lines = result.model_type != ModelType::kHomography;
   if (!on_lines) result.judgement.sigma_px /= kTransferSigmas;
   // A homography says where the point itself belongs, so what is near it needs no further question.
-  points_.inOrderOfMatches(on_lines ? noise_.weigh(view, points_.finestWeight()) : noise_.probabilities(),
-                           result.judgement.probability);
-  points_.inOrderOfMatches(noise_.residuals(), result.judgement.residual);
+  points_.toRows(on_lines ? noise_.weigh(view, points_.finestWeight()) : noise_.probabilities(),
+                 result.judgement.probability);
+  points_.toRows(noise_.residuals(), result.judgement.residual);
   noise_.toDeviations(1, result.judgement.residual);
 }
 
@@ -109,9 +109,9 @@ void RansacMethod::setModel(const PairTask& pair, const Eigen::Matrix3d& model) 
   result.model = model;
   result.inlier.assign(static_cast<size_t>(pair.pairs.size()), 0);
   result.inlier_count = 0;
-  FinalResidual(pair.camera, result.model_type, model).forEach(pair.pairs, [&](size_t i, double squared) {
-    if (!pair.pairs.hasCoordinates(i) || !(squared < threshold * threshold)) return;
-    result.inlier[i] = 1;
+  FinalResidual(pair.camera, result.model_type, model).forEach(pair.pairs, [&](size_t row, double squared) {
+    if (!pair.pairs.hasCoordinates(row) || !(squared < threshold * threshold)) return;
+    result.inlier[row] = 1;
     ++result.inlier_count;
     sum += squared;
   });

@@ -1,4 +1,4 @@
-// The parts that methods share: begin (columns, order) and end (refinement, mask, acceptance, pose) of an estimate, and
+// The parts that methods share: begin (points, order) and end (refinement, mask, acceptance, pose) of an estimate, and
 // filters.
 #pragma once
 
@@ -39,9 +39,9 @@ class RansacMethod : public Method {
   /// `criterion`: of the filter, unless the user has another; the published one by default.
   explicit RansacMethod(const MatchFilterOptions& options, Criterion criterion = Criterion::kThreshold);
 
-  /// Empties the result and fills the columns; false when there are too few matches for the model.
+  /// Empties the result and fills the points; false when there are too few matches for the model.
   bool begin(const PairTask& pair, double noise_exponent = 0);
-  /// Puts the matches in the order that samplers count by; until then it is the one given.
+  /// Gives the matches their ranks; until then these are the rows.
   void sort(const PointPairs& pairs, std::optional<SortKey> key);
   /// The motion with another sensor's rotation, if there is one and the model is a pose. Offered after the samples, so
   /// that a wrong prior changes nothing.
@@ -54,7 +54,7 @@ class RansacMethod : public Method {
   bool hurried(Effort& effort) const;
 
   /// Sets model and inliers from a matrix in working coordinates; false, and no model, if they are too few. `ordered`:
-  /// support among the first of the order counts, too.
+  /// support among the first ranks counts, too.
   bool accept(const PairTask& pair, const Eigen::Matrix3d& matrix, bool ordered = false);
   /// Finds the pose, if the camera is calibrated, and the probabilities of the matches for the accepted `best`.
   void recoverPose(const PairTask& pair, const TwoViewModel& model, const Hypothesis& best, bool refine);
@@ -65,7 +65,7 @@ class RansacMethod : public Method {
   Random random_;
   TwoViewPoints points_;
   const TwoViewModel* model_ = nullptr;  ///< the textbook's, of these points
-  std::vector<int> order_;               ///< columns, most confident first
+  std::vector<int> order_;               ///< slots by rank, most confident first
   SearchStorage storage_;
   MotionStatisticsFilter gms_;
   MotionStatistics statistics_;  ///< what `filter` returns
@@ -97,7 +97,7 @@ class TextbookMethod : public RansacMethod {
   virtual std::optional<Hypothesis> findBetter(const PairTask& /*pair*/, const std::optional<Hypothesis>& /*best*/) {
     return std::nullopt;
   }
-  /// RANSAC as in the textbook: samples in the order of the matches, every solution of theirs, no local optimisation.
+  /// RANSAC as in the textbook: samples by rank, every solution of theirs, no local optimisation.
   template <class SomeSampler>
   std::optional<Hypothesis> search(const PairTask& pair, SomeSampler& sampler, Verifier& verifier) {
     sampler.begin(task(points_.size(), options_.max_iterations));

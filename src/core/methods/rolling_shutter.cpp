@@ -30,22 +30,22 @@ constexpr double kTransferThreshold = 2;
 /// Chi-square with three degrees of freedom exceeds it in 1 % of cases.
 constexpr double kAgrees = 11.34;
 
-void moveImage(const std::vector<float>& row, int height, const Camera& camera, double readout, const Vector3d& rate,
-               std::vector<float>& x, std::vector<float>& y) {
+void moveImage(const std::vector<float>& image_row, int height, const Camera& camera, double readout,
+               const Vector3d& rate, std::vector<float>& x, std::vector<float>& y) {
   const CameraIntrinsics& k = camera.pinhole();
-  const double rows = std::max(1, height - 1);
-  for (size_t i = 0; i < x.size(); ++i) {
-    const double pixel_row = static_cast<double>(row.size() == x.size() ? row[i] : y[i]);
-    const Vector3d rotation = readout * (pixel_row / rows - 0.5) * rate;
-    const Vector3d ray((static_cast<double>(x[i]) - k.cx) / k.fx, (static_cast<double>(y[i]) - k.cy) / k.fy, 1);
+  const double last = std::max(1, height - 1);
+  for (size_t row = 0; row < x.size(); ++row) {
+    const double pixel_row = static_cast<double>(image_row.size() == x.size() ? image_row[row] : y[row]);
+    const Vector3d rotation = readout * (pixel_row / last - 0.5) * rate;
+    const Vector3d ray((static_cast<double>(x[row]) - k.cx) / k.fx, (static_cast<double>(y[row]) - k.cy) / k.fy, 1);
     // To second order: the third moves a point by 0.01 px for three degrees.
     const Vector3d step = rotation.cross(ray), moved = ray + step + 0.5 * rotation.cross(step);
     if (!(moved.z() > 0)) {  // rotated behind the image plane: no coordinates
-      x[i] = y[i] = std::numeric_limits<float>::quiet_NaN();
+      x[row] = y[row] = std::numeric_limits<float>::quiet_NaN();
       continue;
     }
-    x[i] = static_cast<float>(k.fx * moved.x() / moved.z() + k.cx);
-    y[i] = static_cast<float>(k.fy * moved.y() / moved.z() + k.cy);
+    x[row] = static_cast<float>(k.fx * moved.x() / moved.z() + k.cx);
+    y[row] = static_cast<float>(k.fy * moved.y() / moved.z() + k.cy);
   }
 }
 
@@ -124,15 +124,15 @@ double RollingShutter::tryMoved(const PointPairs& pairs, const Camera& camera, c
     return candidate_.judgement.pose_found ? kCertain : -kCertain;
   weigh(moved_, camera, rates, candidate_, candidate_costs_);
   cells_.resize(static_cast<size_t>(pairs.size()));
-  for (size_t i = 0; i < cells_.size(); ++i) {
-    cells_[i] = spreadCell({pairs.x_reference[i], pairs.y_reference[i]}, pairs.image_reference);
+  for (size_t row = 0; row < cells_.size(); ++row) {
+    cells_[row] = spreadCell({pairs.x_reference[row], pairs.y_reference[row]}, pairs.image_reference);
   }
   // Without observable translation a model with one absorbs the effect of the rows: compare rotations alone.
   const auto costs = result.judgement.translation_observable || candidate_.judgement.translation_observable
                          ? &Costs::model
                          : &Costs::rotation;
   return vuongStatistic(pairs.size(), cells_,
-                        [&](size_t i) { return (costs_.*costs)[i] - (candidate_costs_.*costs)[i]; });
+                        [&](size_t row) { return (costs_.*costs)[row] - (candidate_costs_.*costs)[row]; });
 }
 
 void RollingShutter::accept(RowCorrection correction, RobustResult& result) {
@@ -148,9 +148,9 @@ void RollingShutter::weigh(const PointPairs& pairs, const Camera& camera, const 
   const double stretch_current = stretch(camera, readout_, rates.current, pairs.image_current.height);
   const auto fill = [&](ModelType type, const Eigen::Matrix3d& model, double threshold, std::vector<float>& column) {
     const FinalResidual residual(camera, type, model, stretch_reference, stretch_current);
-    residual.forEach(pairs, [&](size_t i, double squared) {
-      const double cost = pairs.hasCoordinates(i) ? squared / (threshold * threshold) : 1;
-      if (cost < 1) column[i] = static_cast<float>(cost);
+    residual.forEach(pairs, [&](size_t row, double squared) {
+      const double cost = pairs.hasCoordinates(row) ? squared / (threshold * threshold) : 1;
+      if (cost < 1) column[row] = static_cast<float>(cost);
     });
   };
   for (auto* column : {&costs.model, &costs.rotation}) column->assign(static_cast<size_t>(pairs.size()), 1.f);

@@ -35,7 +35,7 @@ class RollingShutter : public Method {
   /// where only one has a pose.
   double tryMoved(const PointPairs& pairs, const Camera& camera, const RotationRates& rates, RobustResult& result);
   void accept(RowCorrection correction, RobustResult& result);
-  /// Truncated squared residuals of the matches, in squared thresholds, under the model and under the rotation alone.
+  /// Truncated squared residuals of each row, in squared thresholds, under the model and under the rotation alone.
   struct Costs {
     std::vector<float> model, rotation;
   };
@@ -48,7 +48,7 @@ class RollingShutter : public Method {
   PointPairs moved_;
   RobustResult candidate_;
   Costs costs_, candidate_costs_;  ///< the former of the result; empty: not weighed yet
-  std::vector<int32_t> cells_;     ///< of the matches
+  std::vector<int32_t> cells_;     ///< of each row
 };
 
 /// Moves the points of both images to where the camera saw them when it read the middle row. `readout`: seconds from

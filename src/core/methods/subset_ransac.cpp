@@ -48,9 +48,9 @@ class SubsetRansac : public UnfilteredMethod {
   /// RANSAC in the order's matches, with its own bound and an equal share of the samples.
   std::optional<Hypothesis> searchSubset(int max_iterations, Effort& effort) {
     const int size = static_cast<int>(order_.size());
-    // Solutions come from all columns, support is counted in the copy of the subset.
-    columns_.gather(points_.view(), order_.data(), size);
-    CountingVerifier verifier(*model_, columns_.view(), order_);
+    // Solutions come from all slots, support is counted in the copy of the subset.
+    subset_.gather(points_.view(), order_.data(), size);
+    CountingVerifier verifier(*model_, subset_.view(), order_);
     sampler_.begin(task(size, max_iterations));
     Ransac ransac(parts(*model_, effort), verifier);
     ransac.search(sampler_);
@@ -58,7 +58,7 @@ class SubsetRansac : public UnfilteredMethod {
   }
 
   std::vector<int> all_;  ///< the order of all matches
-  PointColumns columns_;  ///< of the subset
+  PointColumns subset_;
 };
 
 }  // namespace

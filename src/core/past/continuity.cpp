@@ -50,11 +50,11 @@ void label(const MatchResult& result, Past& past) {
   past.reference_static.resize(static_cast<size_t>(result.keypoints_reference), 0);
   past.current_static.assign(static_cast<size_t>(result.keypoints_current), 0);
   const bool known = robust.judgement.doubt != DirectionDoubt::kFixedToCamera;
-  for (size_t k = 0; k < result.matches.size(); ++k) {
-    const Match& match = result.matches[k];
+  for (size_t row = 0; row < result.matches.size(); ++row) {
+    const Match& match = result.matches[row];
     past.current_static[static_cast<size_t>(match.current)] =
         robust.judgement.probability.empty() ? past.isStatic(match.reference)
-                                             : known && robust.judgement.probability[k] >= kLikelyStatic;
+                                             : known && robust.judgement.probability[row] >= kLikelyStatic;
   }
 }
 
@@ -104,8 +104,8 @@ void Continuity::check(Method& method, const Camera& camera, const RobustOptions
 
 void Continuity::select(const Past& past, const MatchResult& result) {
   tracks_.rows.clear();
-  for (size_t k = 0; k < result.matches.size(); ++k) {
-    if (past.isStatic(result.matches[k].reference)) tracks_.rows.push_back(static_cast<int>(k));
+  for (size_t row = 0; row < result.matches.size(); ++row) {
+    if (past.isStatic(result.matches[row].reference)) tracks_.rows.push_back(static_cast<int>(row));
   }
 }
 

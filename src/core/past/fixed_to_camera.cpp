@@ -25,8 +25,8 @@ constexpr double kMostOfBody = 0.3;
 constexpr double kVoteBelief = 12;
 constexpr double kImprobable = 0.1;
 
-float squaredDisplacement(const PointPairs& pairs, size_t i) {
-  const float x = pairs.x_current[i] - pairs.x_reference[i], y = pairs.y_current[i] - pairs.y_reference[i];
+float squaredDisplacement(const PointPairs& pairs, size_t row) {
+  const float x = pairs.x_current[row] - pairs.x_reference[row], y = pairs.y_current[row] - pairs.y_reference[row];
   return x * x + y * y;
 }
 
@@ -37,9 +37,9 @@ class Cheirality {
       : to_ray_(camera.K().inverse()), pose_(pose), per_pixel_(1 / camera.meanFocalLength()) {}
 
   /// `sigma_px`: of the keypoints. False for a point that is too far to tell.
-  bool isBehind(const PointPairs& pairs, size_t i, double sigma_px) const {
-    const Eigen::Vector3d a = to_ray_ * Eigen::Vector3d(pairs.x_reference[i], pairs.y_reference[i], 1);
-    const Eigen::Vector3d b = pose_.R * (to_ray_ * Eigen::Vector3d(pairs.x_current[i], pairs.y_current[i], 1));
+  bool isBehind(const PointPairs& pairs, size_t row, double sigma_px) const {
+    const Eigen::Vector3d a = to_ray_ * Eigen::Vector3d(pairs.x_reference[row], pairs.y_reference[row], 1);
+    const Eigen::Vector3d b = pose_.R * (to_ray_ * Eigen::Vector3d(pairs.x_current[row], pairs.y_current[row], 1));
     const Eigen::Vector3d normal = a.cross(b);
     const double noise = kExplained * M_SQRT2 * sigma_px * per_pixel_;
     if (normal.squaredNorm() <= noise * noise * a.squaredNorm() * b.squaredNorm()) return false;
@@ -78,7 +78,7 @@ void FixedToCamera::resolve(Method& method, const Camera& camera, MatchResult& r
   const double rest = probabilityOfRest(result, past);
   if (rest < kImprobable) {
     others_.replace(camera, result);
-    for (const int k : fixed_) robust.judgement.probability[static_cast<size_t>(k)] = 0;
+    for (const int row : fixed_) robust.judgement.probability[static_cast<size_t>(row)] = 0;
   } else if (robust.judgement.pose_found) {
     widen(Eigen::Matrix3d::Identity(), 1, robust.judgement.pose);
     widen(others_.robust.judgement.pose.R, 1 - rest, robust.judgement.pose);
@@ -90,10 +90,10 @@ bool FixedToCamera::separate(const PointPairs& pairs) {
   fixed_.clear();
   others_.rows.clear();
   const auto count = static_cast<size_t>(pairs.size());
-  for (size_t i = 0; i < count; ++i) {
-    const float noise = std::pow(pairs.scale_factor, static_cast<float>(pairs.octave_current[i]));
-    const bool stayed = squaredDisplacement(pairs, i) <= kMostMoved * kMostMoved * noise;
-    (stayed ? fixed_ : others_.rows).push_back(static_cast<int>(i));
+  for (size_t row = 0; row < count; ++row) {
+    const float noise = std::pow(pairs.scale_factor, static_cast<float>(pairs.octave_current[row]));
+    const bool stayed = squaredDisplacement(pairs, row) <= kMostMoved * kMostMoved * noise;
+    (stayed ? fixed_ : others_.rows).push_back(static_cast<int>(row));
   }
   const double least = std::max<double>(kMinimumMatches, kLeastFixed * static_cast<double>(count));
   if (static_cast<double>(std::min(fixed_.size(), others_.rows.size())) < least) return false;
@@ -111,11 +111,10 @@ bool FixedToCamera::contradicts(const Camera& camera, const PointPairs& pairs) {
   const Cheirality cheirality(camera, motion.judgement.pose);
   const double f = camera.meanFocalLength();
   const double of_rotation = moves ? 0 : f * f * motion.judgement.pose.covariance.bottomRightCorner<3, 3>().trace();
-  const auto excludes = [&](int row) {
-    const auto i = static_cast<size_t>(row);
-    const double sigma = motion.judgement.sigma(pairs.octave_current[i], pairs.scale_factor);
+  const auto excludes = [&](size_t row) {
+    const double sigma = motion.judgement.sigma(pairs.octave_current[row], pairs.scale_factor);
     const double limit = kExplained * std::sqrt(1 + of_rotation / (2 * sigma * sigma));
-    return residuals[i] > limit || (moves && cheirality.isBehind(pairs, i, sigma));
+    return residuals[row] > limit || (moves && cheirality.isBehind(pairs, row, sigma));
   };
   const auto excluded = std::count_if(fixed_.begin(), fixed_.end(), excludes);
   return static_cast<double>(excluded) > kMajority * static_cast<double>(fixed_.size());
@@ -124,12 +123,11 @@ bool FixedToCamera::contradicts(const Camera& camera, const PointPairs& pairs) {
 double FixedToCamera::probabilityOfRest(const MatchResult& result, const Past* past) const {
   std::array<Part, kSpreadGridSide * kSpreadGridSide> cells, cells_of_tracks;
   int tracks = 0;
-  const auto count = [&](int row, int Part::*kind) {
-    const auto k = static_cast<size_t>(row);
-    const cv::Point2f place(result.pairs.x_reference[k], result.pairs.y_reference[k]);
+  const auto count = [&](size_t row, int Part::*kind) {
+    const cv::Point2f place(result.pairs.x_reference[row], result.pairs.y_reference[row]);
     const auto cell = static_cast<size_t>(spreadCell(place, result.pairs.image_reference));
     ++(cells[cell].*kind);
-    if (past == nullptr || !past->isStatic(result.matches[k].reference)) return;
+    if (past == nullptr || !past->isStatic(result.matches[row].reference)) return;
     ++(cells_of_tracks[cell].*kind);
     ++tracks;
   };

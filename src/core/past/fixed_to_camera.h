@@ -30,7 +30,7 @@ class FixedToCamera {
   /// Probability that the camera is at rest, before a body that moves.
   double probabilityOfRest(const MatchResult& result, const Past* past) const;
 
-  std::vector<int> fixed_;  ///< matches that stayed
+  std::vector<int> fixed_;  ///< rows of the matches that stayed
   SubsetEstimate others_;
   std::vector<float> squares_;
 };

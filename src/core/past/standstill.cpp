@@ -40,13 +40,14 @@ bool standsStill(const Features& reference, const Features& current, const Match
   const bool by_tracks = std::count_if(matches.begin(), matches.end(), isTrack) >= kEnoughTracks;
   std::array<CellAtRest, kSpreadGridSide * kSpreadGridSide> grid;
   const Eigen::Vector2d half(0.5 * pairs.image_reference.width, 0.5 * pairs.image_reference.height);
-  for (size_t k = 0; k < matches.size(); ++k) {
-    const Match& match = matches[k];
+  for (size_t row = 0; row < matches.size(); ++row) {
+    const Match& match = matches[row];
     if (by_tracks && !isTrack(match)) continue;
     if (match.distance == 0 && isCopy(reference.keypoints[match.reference], current.keypoints[match.current])) continue;
-    const cv::Point2f from(pairs.x_reference[k], pairs.y_reference[k]);
+    const cv::Point2f from(pairs.x_reference[row], pairs.y_reference[row]);
     const auto cell = static_cast<size_t>(spreadCell(from, pairs.image_reference));
-    grid[cell].add(Eigen::Vector2d(from.x, from.y) - half, {pairs.x_current[k] - from.x, pairs.y_current[k] - from.y});
+    grid[cell].add(Eigen::Vector2d(from.x, from.y) - half,
+                   {pairs.x_current[row] - from.x, pairs.y_current[row] - from.y});
   }
 
   int cells = 0, resting = 0;

@@ -28,10 +28,10 @@ const std::vector<float>& SubsetEstimate::residuals(const Camera& camera, const 
   const Eigen::Matrix3d rotation = K * robust.judgement.pose.R.transpose() * K.inverse();
   const FinalResidual residuals(camera, moves ? robust.model_type : ModelType::kHomography,
                                 moves ? robust.model : rotation);
-  residuals.forEach(all, [&](size_t i, double squared) {
+  residuals.forEach(all, [&](size_t row, double squared) {
     // A transfer distance has the noise of both images.
-    const double sigma = robust.judgement.sigma(all.octave_current[i], all.scale_factor) * (moves ? 1 : M_SQRT2);
-    residual_[i] = static_cast<float>(std::sqrt(squared) / sigma);
+    const double sigma = robust.judgement.sigma(all.octave_current[row], all.scale_factor) * (moves ? 1 : M_SQRT2);
+    residual_[row] = static_cast<float>(std::sqrt(squared) / sigma);
   });
   return residual_;
 }
@@ -41,14 +41,14 @@ void SubsetEstimate::replace(const Camera& camera, MatchResult& result) {
   residuals(camera, result.pairs);
   inlier_.assign(residual_.size(), 0);
   probability_.assign(residual_.size(), 0);
-  for (size_t k = 0; k < residual_.size(); ++k) {
-    if (residual_[k] < kExplained) probability_[k] = kUnjudged;
+  for (size_t row = 0; row < residual_.size(); ++row) {
+    if (residual_[row] < kExplained) probability_[row] = kUnjudged;
   }
   for (size_t n = 0; n < rows.size(); ++n) {
-    const auto k = static_cast<size_t>(rows[n]);
-    inlier_[k] = robust.inlier[n];
-    probability_[k] = robust.judgement.probability[n];
-    residual_[k] = robust.judgement.residual[n];
+    const auto row = static_cast<size_t>(rows[n]);
+    inlier_[row] = robust.inlier[n];
+    probability_[row] = robust.judgement.probability[n];
+    residual_[row] = robust.judgement.residual[n];
   }
   robust.effort = result.robust.effort;
   robust.inlier.swap(inlier_);

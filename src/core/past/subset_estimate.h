@@ -18,8 +18,8 @@ void widen(const Eigen::Matrix3d& other, double probability, RelativePose& pose)
 /// Keeps its storage from pair to pair.
 class SubsetEstimate {
  public:
-  std::vector<int> rows;  ///< matches of the subset, to be filled by the caller
-  RobustResult robust;    ///< their motion; columns in the order of `rows`
+  std::vector<int> rows;  ///< of the matches of the subset, to be filled by the caller
+  RobustResult robust;    ///< their motion; entry n of its columns is that of rows[n]
 
   /// Estimates from `rows` alone; the effort is added to that of `result`.
   void estimate(Method& method, const Camera& camera, MatchResult& result);

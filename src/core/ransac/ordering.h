@@ -12,13 +12,13 @@ namespace gms_ransac {
 
 class Ordering {
  public:
-  /// Fills `order` with the matches, most trustworthy first; without a key as they are.
+  /// Fills `order` with the rows by rank, most confident first; without a key as they are.
   void sort(const PointPairs& pairs, std::optional<SortKey> key, std::vector<int>& order);
 
  private:
   struct Entry {
     uint32_t key;
-    int match;
+    int row;
   };
 
   std::vector<Entry> entries_, scratch_;

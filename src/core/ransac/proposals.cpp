@@ -60,7 +60,7 @@ Eigen::Matrix3d fitDominantRotation(const PoseModel& model, const Eigen::Matrix3
 
 void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points,
                       std::vector<TwoViewPose>& starts) {
-  const PointColumnsView part = firstColumns(points, kRandomPart);
+  const PointColumnsView part = firstSlots(points, kRandomPart);
   const PoseModel plain(kernels, part), model(kernels, part, kParallaxPrior);
   const Eigen::Matrix3d dominant = fitDominantRotation(plain, Eigen::Matrix3d::Identity());
   const Eigen::Matrix3d rotations[2] = {dominant, Eigen::Matrix3d::Identity()};
@@ -90,18 +90,18 @@ constexpr int kDirections = 32;
 constexpr int kCoarseIterations = 6;
 constexpr int kFineIterations = 10;
 
-Eigen::Vector3d planeNormal(const PointColumnsView& points, int column, const Eigen::Matrix3d& R) {
-  const Eigen::Vector3d turned = R * Eigen::Vector3d(points.x1[column], points.y1[column], 1);
-  return turned.cross(Eigen::Vector3d(points.x2[column], points.y2[column], 1));
+Eigen::Vector3d planeNormal(const PointColumnsView& points, int slot, const Eigen::Matrix3d& R) {
+  const Eigen::Vector3d turned = R * Eigen::Vector3d(points.x1[slot], points.y1[slot], 1);
+  return turned.cross(Eigen::Vector3d(points.x2[slot], points.y2[slot], 1));
 }
 
 Eigen::Vector3d directionOf(const PointColumnsView& points, int first, int second, const Eigen::Matrix3d& R) {
   return planeNormal(points, first, R).cross(planeNormal(points, second, R)).stableNormalized();
 }
 
-/// The first columns, each with the threshold that the prior's noise leaves it.
+/// The first slots, each with the threshold that the prior's noise leaves it.
 PointColumnsView widen(const PointColumnsView& points, const RotationPrior& prior, PointColumns& widened) {
-  const PointColumnsView part = firstColumns(points, kRandomPart);
+  const PointColumnsView part = firstSlots(points, kRandomPart);
   widened.copy(part, [](int) { return true; });
   // Near the optical axis a rotation moves points by its angle, on the normalised image plane.
   const auto moved = static_cast<float>(prior.covariance.diagonal().maxCoeff());
@@ -118,9 +118,9 @@ TwoViewPose proposeFromRotation(const ResidualKernels& kernels, const PointColum
   const PoseModel coarse(kernels, part, kParallaxPrior);
   TwoViewPose best = {prior.R.transpose(), Eigen::Vector3d::UnitZ()};
   float best_cost = std::numeric_limits<float>::infinity();
-  // The order of the columns has nothing to do with the image's, so neighbours are as good as any two.
-  for (int column = 0; column + 1 < std::min(part.count, 2 * kDirections); column += 2) {
-    const Eigen::Vector3d t = directionOf(part, column, column + 1, best.R);
+  // Slots are pseudo-random, so neighbours are as good as any two.
+  for (int slot = 0; slot + 1 < std::min(part.count, 2 * kDirections); slot += 2) {
+    const Eigen::Vector3d t = directionOf(part, slot, slot + 1, best.R);
     if (!(t.squaredNorm() > 0.5)) continue;
     float cost;
     const TwoViewPose pose = coarse.withBetterSign({best.R, t}, cost);
@@ -149,14 +149,14 @@ constexpr double kHopelessShare = 0.3;     ///< after the first fit to all
 constexpr double kLeastSpread = 1e-8;      ///< of the squared singular values; below it the homography is a rotation
 
 /// Equation of a match for the plane's normal: q x (R + t n^T) p = 0 is rotated + shift (n . p) = 0, linear in n.
-struct PlaneRow {
+struct PlaneEquation {
   Eigen::Vector3d p, rotated, shift;
   double weight, inverse_depth;
 
-  PlaneRow() = default;
-  PlaneRow(const PointColumnsView& points, int i, const TwoViewPose& pose)
-      : p(points.x1[i], points.y1[i], 1), weight(points.weight[i]) {
-    const Eigen::Vector3d q(points.x2[i], points.y2[i], 1);
+  PlaneEquation() = default;
+  PlaneEquation(const PointColumnsView& points, int slot, const TwoViewPose& pose)
+      : p(points.x1[slot], points.y1[slot], 1), weight(points.weight[slot]) {
+    const Eigen::Vector3d q(points.x2[slot], points.y2[slot], 1);
     rotated = q.cross(pose.R * p);
     shift = q.cross(pose.t);
     inverse_depth = -shift.dot(rotated) / shift.squaredNorm();
@@ -166,7 +166,7 @@ struct PlaneRow {
 /// Some of the inliers, and homography R + t n^T of the plane n^T X = 1 (in units of the translation) that most of them
 /// lie on.
 struct PlaneFit {
-  std::array<PlaneRow, kPlaneMatches> rows;
+  std::array<PlaneEquation, kPlaneMatches> equations;
   std::array<double, kPlaneMatches> values;  ///< storage
   int inliers = 0, on_plane = 0;
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
@@ -186,31 +186,32 @@ struct PlaneFit {
 /// out, then by the distance from the plane.
 PlaneFit::PlaneFit(const PointColumnsView& points, const TwoViewPose& pose, const std::vector<float>& residuals) {
   std::array<double, kPlaneMatches> squares;
-  for (int i = 0; i < points.count; ++i) {
-    if (!(residuals[static_cast<size_t>(i)] < 1)) continue;
-    squares[static_cast<size_t>(inliers)] = static_cast<double>(residuals[static_cast<size_t>(i)]);
-    rows[static_cast<size_t>(inliers++)] = PlaneRow(points, i, pose);
+  for (int slot = 0; slot < points.count; ++slot) {
+    const float residual = residuals[static_cast<size_t>(slot)];
+    if (!(residual < 1)) continue;
+    squares[static_cast<size_t>(inliers)] = static_cast<double>(residual);
+    equations[static_cast<size_t>(inliers++)] = PlaneEquation(points, slot, pose);
   }
   if (inliers < kFewestMatches) return;
   // Squared distance from the plane within which a match lies on it.
   const double near =
       std::min(kFarthestNear, kNearVariances * medianOf([&](size_t k) { return squares[k]; }) / kMedianOfSquare);
-  const double median = medianOf([&](size_t k) { return rows[k].inverse_depth; });
+  const double median = medianOf([&](size_t k) { return equations[k].inverse_depth; });
   const double deviation =
-      std::max(1e-12, medianOf([&](size_t k) { return std::abs(rows[k].inverse_depth - median); }));
+      std::max(1e-12, medianOf([&](size_t k) { return std::abs(equations[k].inverse_depth - median); }));
   for (int iteration = 0; iteration < kFitIterations; ++iteration) {
     Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
     on_plane = 0;
     for (int k = 0; k < inliers; ++k) {
-      const PlaneRow& row = rows[static_cast<size_t>(k)];
-      const double deviations = (row.inverse_depth - median) / (kTypicalDeviations * deviation);
-      const double e = row.weight * (row.rotated + row.shift * normal.dot(row.p)).squaredNorm();
+      const PlaneEquation& equation = equations[static_cast<size_t>(k)];
+      const double deviations = (equation.inverse_depth - median) / (kTypicalDeviations * deviation);
+      const double e = equation.weight * (equation.rotated + equation.shift * normal.dot(equation.p)).squaredNorm();
       const double falloff = 1 / (1 + (iteration == 0 ? deviations * deviations : e / (near * kWidening[iteration])));
       on_plane += iteration > 0 && e < near;
       const double weight = falloff * falloff;
-      A += weight * row.shift.squaredNorm() * row.p * row.p.transpose();
-      b -= weight * row.shift.dot(row.rotated) * row.p;
+      A += weight * equation.shift.squaredNorm() * equation.p * equation.p.transpose();
+      b -= weight * equation.shift.dot(equation.rotated) * equation.p;
     }
     points.countPasses(1);
     if (iteration > 1 && on_plane < kHopelessShare * inliers) break;

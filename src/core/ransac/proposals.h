@@ -29,7 +29,7 @@ TwoViewPose proposeFromRotation(const ResidualKernels& kernels, const PointColum
 
 /// The second motion that explains the displacements of a plane (Faugeras & Lustman 1988; closed form of Ma, Soatto,
 /// Kosecka & Sastry 2004, section 5.3.3). None if most matches that `pose` explains lie on no plane, or if there is no
-/// other motion. Fits the plane to the first columns, which are a random part.
+/// other motion. Fits the plane to the first slots, which are a random part.
 std::optional<TwoViewPose> findOtherPlaneMotion(const PoseModel& model, const TwoViewPose& pose,
                                                 std::vector<float>& storage);
 

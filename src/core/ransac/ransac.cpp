@@ -49,7 +49,7 @@ void Ransac::tellSampler(Sampler& sampler) {
   std::vector<uint8_t>& inlier = parts_.storage.inlier;
   parts_.model.residuals(*best_, residuals);
   inlier.resize(order.size());
-  for (size_t k = 0; k < inlier.size(); ++k) inlier[k] = residuals[static_cast<size_t>(order[k])] < 1;
+  for (size_t rank = 0; rank < inlier.size(); ++rank) inlier[rank] = residuals[static_cast<size_t>(order[rank])] < 1;
   sampler.newBest(inlier);
 }
 

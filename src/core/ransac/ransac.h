@@ -31,14 +31,14 @@ struct SearchStorage {
 /// Inputs of a search; all of them outlive it.
 struct SearchParts {
   const TwoViewModel& model;
-  const std::vector<int>& order;  ///< columns, most confident first
+  const std::vector<int>& order;  ///< slots by rank, most confident first
   Random& random;
   Effort& effort;
   const TimeLimit* limit;  ///< null: none
   SearchStorage& storage;
 };
 
-/// The search for the best-supported hypothesis over the columns of one pair.
+/// The search for the best-supported hypothesis over the points of one pair.
 class Ransac {
  public:
   Ransac(const SearchParts& parts, Verifier& verifier, const LocalOptimization& optimization = {})

@@ -166,7 +166,7 @@ void StratifiedSampler::begin(const SamplingTask& task, const std::vector<int>& 
                               const std::vector<int32_t>& cells, double first_share) {
   task_ = task;
   cells_.resize(order.size());
-  for (size_t k = 0; k < order.size(); ++k) cells_[k] = cells[static_cast<size_t>(order[k])];
+  for (size_t rank = 0; rank < order.size(); ++rank) cells_[rank] = cells[static_cast<size_t>(order[rank])];
   const auto n = static_cast<double>(task.matches);
   prefix_ = std::min(n, std::max<double>(kFirstMultiple * task.sample_size, first_share * n));
   growth_ = std::pow(n / prefix_, 1 / kGrowthSamples);

@@ -1,5 +1,5 @@
-// Samplers choose the matches of the next hypothesis and end the search. They see matches as ranks in an order, most
-// confident first.
+// Samplers choose the matches of the next hypothesis and end the search. They know a match by its rank, 0 for the most
+// confident.
 #pragma once
 
 #include <cstdint>
@@ -39,7 +39,7 @@ class Sampler {
   virtual ~Sampler() = default;
   /// Fills `sample` with distinct ranks; false when the search is over.
   virtual bool draw(Random& random, int* sample) = 0;
-  /// A new best hypothesis: its inlier mask over all matches, in order.
+  /// A new best hypothesis: its inlier mask, by rank.
   virtual void newBest(const std::vector<uint8_t>& inlier) = 0;
 };
 
@@ -93,8 +93,7 @@ class ProsacSampler : public Sampler {
 /// and every other sample is drawn by rank alone. Ends at the bound from the inlier ratio of the present prefix.
 class StratifiedSampler : public Sampler {
  public:
-  /// `order`: columns, most confident first; `cells`: of each column; `first_share`: of the matches, which the first
-  /// samples come from.
+  /// `order`: slots by rank; `cells`: of each slot; `first_share`: of the matches, which the first samples come from.
   void begin(const SamplingTask& task, const std::vector<int>& order, const std::vector<int32_t>& cells,
              double first_share = kFirstShare);
   bool draw(Random& random, int* sample) override;

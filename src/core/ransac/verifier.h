@@ -8,7 +8,7 @@
 
 namespace gms_ransac {
 
-/// Lives as long as a search: nothing is best at first. `order`: columns, most confident first.
+/// Lives as long as a search: nothing is best at first. `order`: slots by rank.
 class Verifier {
  public:
   virtual ~Verifier() = default;

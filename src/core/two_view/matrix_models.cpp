@@ -32,9 +32,9 @@ bool oriented(const Eigen::Matrix3d& F, const PointColumnsView& points, const in
   const Eigen::Vector3d& epipole = products[best];
   int positive = 0;
   for (int k = 0; k < size; ++k) {
-    const int i = sample[k];
-    const Eigen::Vector3d line = F * Eigen::Vector3d(points.x1[i], points.y1[i], 1);
-    positive += line.dot(epipole.cross(Eigen::Vector3d(points.x2[i], points.y2[i], 1))) > 0;
+    const int slot = sample[k];
+    const Eigen::Vector3d line = F * Eigen::Vector3d(points.x1[slot], points.y1[slot], 1);
+    positive += line.dot(epipole.cross(Eigen::Vector3d(points.x2[slot], points.y2[slot], 1))) > 0;
   }
   return positive == 0 || positive == size;
 }
@@ -98,10 +98,10 @@ bool HomographyModel::score(const PointColumnsView& points, const Hypothesis& hy
   return score.cost < bound;  // false also for the NaN of a singular matrix
 }
 
-bool HomographyModel::fits(const Hypothesis& hypothesis, int i) const {
+bool HomographyModel::fits(const Hypothesis& hypothesis, int slot) const {
   points_.countResiduals(1);
-  return points_.weight[i] * transferSquared(hypothesis.matrix, hypothesis.matrix.inverse(), points_.x1[i],
-                                             points_.y1[i], points_.x2[i], points_.y2[i]) <
+  return points_.weight[slot] * transferSquared(hypothesis.matrix, hypothesis.matrix.inverse(), points_.x1[slot],
+                                                points_.y1[slot], points_.x2[slot], points_.y2[slot]) <
          1;
 }
 

@@ -31,7 +31,7 @@ class HomographyModel : public TwoViewModel {
   int solve(const int* sample, Hypothesis* hypotheses) const override;
   bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound,
              HypothesisScore& score) const override;
-  bool fits(const Hypothesis& hypothesis, int column) const override;
+  bool fits(const Hypothesis& hypothesis, int slot) const override;
   void residuals(const Hypothesis& hypothesis, std::vector<float>& e) const override;
   void refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const override;
   Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const override { return hypothesis.matrix; }

@@ -22,12 +22,12 @@ bool inFront(const PointColumnsView& points, const int* sample, int size, const 
              const Eigen::Vector3d& t, double& sign) {
   bool plus = true, minus = true;
   for (int k = 0; k < size && (plus || minus); ++k) {
-    const int i = sample[k];
-    const Eigen::Vector3d q(points.x2[i], points.y2[i], 1);
-    const Eigen::Vector3d p = R * Eigen::Vector3d(points.x1[i], points.y1[i], 1);
+    const int slot = sample[k];
+    const Eigen::Vector3d q(points.x2[slot], points.y2[slot], 1);
+    const Eigen::Vector3d p = R * Eigen::Vector3d(points.x1[slot], points.y1[slot], 1);
     const Eigen::Vector3d m = q.cross(p);
     const double far = kFarThresholds * kFarThresholds * p.z() * p.z();
-    if (p.z() > 0 && points.weight[i] * m.head<2>().squaredNorm() < far) continue;
+    if (p.z() > 0 && points.weight[slot] * m.head<2>().squaredNorm() < far) continue;
     const double depth_reference = -m.dot(q.cross(t)), depth_current = m.dot(t.cross(p));
     plus = plus && depth_reference > 0 && depth_current > 0;
     minus = minus && depth_reference < 0 && depth_current < 0;

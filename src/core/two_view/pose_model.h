@@ -30,8 +30,8 @@ class PoseModel : public EpipolarModel {
       : EpipolarModel(kernels, points), prior_(prior) {}
 
   const PointColumnsView& points() const { return points_; }
-  /// The same model of the first columns alone.
-  PoseModel first(int count) const { return {kernels_, firstColumns(points_, count), prior_}; }
+  /// The same model of the first slots alone.
+  PoseModel first(int count) const { return {kernels_, firstSlots(points_, count), prior_}; }
 
   int sampleSize() const override { return 5; }
   /// Poses of a sample whose points lie in front of both cameras, or so far that it cannot be told.
@@ -49,7 +49,7 @@ class PoseModel : public EpipolarModel {
   bool score(const PointColumnsView& points, const TwoViewPose& pose, float bound, HypothesisScore& score) const;
   /// The pose or the one with the opposite t, which the Sampson distance cannot tell from it: the one of lower cost.
   TwoViewPose withBetterSign(const TwoViewPose& pose, float& cost) const;
-  /// The Sampson distance of every match.
+  /// The Sampson distance of every slot.
   void residuals(const TwoViewPose& pose, std::vector<float>& e) const { residuals(Hypothesis{pose}, e); }
   /// That, or more for a match behind a camera: what score() sums up, without the prior.
   void residualsInFront(const TwoViewPose& pose, std::vector<float>& e) const;

@@ -34,21 +34,21 @@ constexpr float kEnoughToCompare = 1e-3f;
 /// Steps of the refinement of a result, which mostly converges after three to five.
 constexpr int kFinalIterations = 10;
 
-/// A model over the columns of one pair. Residuals are squared and in squared thresholds: 1 is at the threshold.
+/// A model over the points of one pair. Residuals are squared and in squared thresholds: 1 is at the threshold.
 class TwoViewModel {
  public:
   TwoViewModel(const ResidualKernels& kernels, const PointColumnsView& points) : kernels_(kernels), points_(points) {}
   virtual ~TwoViewModel() = default;
 
   virtual int sampleSize() const = 0;
-  /// Hypotheses of a minimal sample, at most kMaxHypotheses of them, all finite. `sample`: columns.
+  /// Hypotheses of a minimal sample, at most kMaxHypotheses of them, all finite. `sample`: slots.
   virtual int solve(const int* sample, Hypothesis* hypotheses) const = 0;
   /// Cost and inliers among `points`. False as soon as the cost exceeds `bound`.
   virtual bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound,
                      HypothesisScore& score) const = 0;
-  /// True when one match is within the threshold, computed in double.
-  virtual bool fits(const Hypothesis& hypothesis, int column) const = 0;
-  /// Residual of every match, padding included.
+  /// True when the match of one slot is within the threshold, computed in double.
+  virtual bool fits(const Hypothesis& hypothesis, int slot) const = 0;
+  /// Residual of every slot, padding included.
   virtual void residuals(const Hypothesis& hypothesis, std::vector<float>& e) const = 0;
   /// Moves the hypothesis to the robust optimum near it.
   virtual void refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const = 0;
@@ -85,11 +85,11 @@ struct MinimalSample {
 
   MinimalSample(const PointColumnsView& points, const int* sample) {
     for (int k = 0; k < kSize; ++k) {
-      const int i = sample[k];
-      reference[k][0] = points.x1[i];
-      reference[k][1] = points.y1[i];
-      current[k][0] = points.x2[i];
-      current[k][1] = points.y2[i];
+      const int slot = sample[k];
+      reference[k][0] = points.x1[slot];
+      reference[k][1] = points.y1[slot];
+      current[k][0] = points.x2[slot];
+      current[k][1] = points.y2[slot];
     }
   }
 };
@@ -124,10 +124,10 @@ class EpipolarModel : public TwoViewModel {
     points.countResiduals(score.evaluated);
     return score.cost < bound;
   }
-  bool fits(const Hypothesis& hypothesis, int i) const override {
+  bool fits(const Hypothesis& hypothesis, int slot) const override {
     points_.countResiduals(1);
-    return points_.weight[i] *
-               sampsonSquared(matrix(hypothesis), points_.x1[i], points_.y1[i], points_.x2[i], points_.y2[i]) <
+    return points_.weight[slot] * sampsonSquared(matrix(hypothesis), points_.x1[slot], points_.y1[slot],
+                                                 points_.x2[slot], points_.y2[slot]) <
            1;
   }
   void residuals(const Hypothesis& hypothesis, std::vector<float>& e) const override {

@@ -23,10 +23,10 @@ using Column = std::vector<float> PointPairs::*;
 /// Moves the centre of the points that have coordinates to the origin and divides by `scale`.
 Eigen::Matrix3d centring(const PointPairs& pairs, Column x, Column y, double scale) {
   double sum_x = 0, sum_y = 0, n = 0;
-  for (size_t i = 0; i < pairs.x_reference.size(); ++i) {
-    if (!pairs.hasCoordinates(i)) continue;
-    sum_x += (pairs.*x)[i];
-    sum_y += (pairs.*y)[i];
+  for (size_t row = 0; row < pairs.x_reference.size(); ++row) {
+    if (!pairs.hasCoordinates(row)) continue;
+    sum_x += (pairs.*x)[row];
+    sum_y += (pairs.*y)[row];
     ++n;
   }
   n = std::max(1.0, n);
@@ -35,8 +35,8 @@ Eigen::Matrix3d centring(const PointPairs& pairs, Column x, Column y, double sca
   return transform;
 }
 
-float transformed(const Eigen::Matrix3d& affine, int row, float x, float y) {
-  return static_cast<float>(affine(row, 0) * x + affine(row, 1) * y + affine(row, 2));
+float transformed(const Eigen::Matrix3d& affine, int axis, float x, float y) {
+  return static_cast<float>(affine(axis, 0) * x + affine(axis, 1) * y + affine(axis, 2));
 }
 
 /// Half the largest extent of the four columns, at least one pixel; of matches that have coordinates.
@@ -45,10 +45,10 @@ double halfExtent(const PointPairs& pairs) {
   for (const Column column :
        {&PointPairs::x_reference, &PointPairs::y_reference, &PointPairs::x_current, &PointPairs::y_current}) {
     double low = std::numeric_limits<double>::max(), high = std::numeric_limits<double>::lowest();
-    for (size_t i = 0; i < pairs.x_reference.size(); ++i) {
-      if (!pairs.hasCoordinates(i)) continue;
-      low = std::min<double>(low, (pairs.*column)[i]);
-      high = std::max<double>(high, (pairs.*column)[i]);
+    for (size_t row = 0; row < pairs.x_reference.size(); ++row) {
+      if (!pairs.hasCoordinates(row)) continue;
+      low = std::min<double>(low, (pairs.*column)[row]);
+      high = std::max<double>(high, (pairs.*column)[row]);
     }
     extent = std::max(extent, high - low);
   }
@@ -78,37 +78,36 @@ void TwoViewPoints::set(const PointPairs& pairs, const Camera& camera, ModelType
   }
   std::fill(variance.begin() + kHighestOctave + 1, variance.end(), variance[kHighestOctave]);
 
-  strideOver(pairs.size(), match_of_);
+  strideOver(pairs.size(), row_of_);
   columns_.resize(pairs.size());
-  column_of_.resize(match_of_.size());
-  cells_.resize(match_of_.size());
+  slot_of_.resize(row_of_.size());
+  cells_.resize(row_of_.size());
   float *x1 = columns_.x1(), *y1 = columns_.y1(), *x2 = columns_.x2(), *y2 = columns_.y2();
   float* weight = columns_.weight();
-  for (size_t column = 0; column < match_of_.size(); ++column) {
-    const auto i = static_cast<size_t>(match_of_[column]);
-    column_of_[i] = static_cast<int>(column);
-    const float xr = pairs.x_reference[i], yr = pairs.y_reference[i], xc = pairs.x_current[i], yc = pairs.y_current[i];
+  for (size_t slot = 0; slot < row_of_.size(); ++slot) {
+    const auto row = static_cast<size_t>(row_of_[slot]);
+    slot_of_[row] = static_cast<int>(slot);
+    const float xr = pairs.x_reference[row], yr = pairs.y_reference[row];
+    const float xc = pairs.x_current[row], yc = pairs.y_current[row];
     // Finite in any case, since sums over all matches follow that zero weights do not save from NaN.
-    const bool valid = pairs.hasCoordinates(i);
-    x1[column] = valid ? transformed(to_working_reference_, 0, xr, yr) : 0;
-    y1[column] = valid ? transformed(to_working_reference_, 1, xr, yr) : 0;
-    x2[column] = valid ? transformed(to_working_current_, 0, xc, yc) : kInvalidCoordinate;
-    y2[column] = valid ? transformed(to_working_current_, 1, xc, yc) : -kInvalidCoordinate;
-    const double scale = 0.5 * (variance[pairs.octave_reference[i]] + variance[pairs.octave_current[i]]);
-    weight[column] = static_cast<float>(1 / (threshold * threshold * scale));
-    cells_[column] = spreadCell({xr, yr}, pairs.image_reference);
+    const bool valid = pairs.hasCoordinates(row);
+    x1[slot] = valid ? transformed(to_working_reference_, 0, xr, yr) : 0;
+    y1[slot] = valid ? transformed(to_working_reference_, 1, xr, yr) : 0;
+    x2[slot] = valid ? transformed(to_working_current_, 0, xc, yc) : kInvalidCoordinate;
+    y2[slot] = valid ? transformed(to_working_current_, 1, xc, yc) : -kInvalidCoordinate;
+    const double scale = 0.5 * (variance[pairs.octave_reference[row]] + variance[pairs.octave_current[row]]);
+    weight[slot] = static_cast<float>(1 / (threshold * threshold * scale));
+    cells_[slot] = spreadCell({xr, yr}, pairs.image_reference);
   }
 }
 
-void TwoViewPoints::toColumns(std::vector<int>& matches) const {
-  for (int& match : matches) match = column_of_[static_cast<size_t>(match)];
+void TwoViewPoints::toSlots(std::vector<int>& rows) const {
+  for (int& entry : rows) entry = slot_of_[static_cast<size_t>(entry)];
 }
 
-void TwoViewPoints::inOrderOfMatches(const std::vector<float>& of_columns, std::vector<float>& of_matches) const {
-  of_matches.resize(match_of_.size());
-  for (size_t column = 0; column < match_of_.size(); ++column) {
-    of_matches[static_cast<size_t>(match_of_[column])] = of_columns[column];
-  }
+void TwoViewPoints::toRows(const std::vector<float>& by_slot, std::vector<float>& by_row) const {
+  by_row.resize(row_of_.size());
+  for (size_t slot = 0; slot < row_of_.size(); ++slot) by_row[static_cast<size_t>(row_of_[slot])] = by_slot[slot];
 }
 
 Eigen::Matrix3d TwoViewPoints::inResultUnits(const Eigen::Matrix3d& model) const {
@@ -157,10 +156,10 @@ void FinalResidual::fill(const PointPairs& pairs, size_t first, size_t last, dou
   const double squared_unit = unit_ * unit_;
   const float *xr = pairs.x_reference.data(), *yr = pairs.y_reference.data();
   const float *xc = pairs.x_current.data(), *yc = pairs.y_current.data();
-  for (size_t i = first; i < last; ++i) {
-    const Eigen::Vector3d r = to_reference * Eigen::Vector3d(xr[i], yr[i], 1);
-    const Eigen::Vector3d c = to_current * Eigen::Vector3d(xc[i], yc[i], 1);
-    residuals[i - first] = squared_unit * distance(r.x(), r.y(), c.x(), c.y());
+  for (size_t row = first; row < last; ++row) {
+    const Eigen::Vector3d r = to_reference * Eigen::Vector3d(xr[row], yr[row], 1);
+    const Eigen::Vector3d c = to_current * Eigen::Vector3d(xc[row], yc[row], 1);
+    residuals[row - first] = squared_unit * distance(r.x(), r.y(), c.x(), c.y());
   }
 }
 

@@ -1,4 +1,4 @@
-// The matches of a pair as all that estimates sees them: one set of aligned columns, built once from the survivors.
+// The matches of a pair as all that estimates sees them: aligned columns, built once from the survivors.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +16,8 @@
 namespace gms_ransac {
 
 /// Normalised coordinates for the essential matrix; otherwise each image is centred and both are divided by one scale.
-/// The columns stand in a pseudo-random order, so that the first of them are a random part. This order is
-/// internal: a search counts columns, and its results are in the order of the matches.
+/// Every row of the pair has a slot of the columns. Slots are a pseudo-random order of the rows, so that the first of
+/// them are a random part. Nobody outside of the estimator sees them: its results are in rows.
 class TwoViewPoints {
  public:
   /// The noise of a keypoint, and the threshold with it, grows as scale_factor^(noise_exponent * octave). `camera` may
@@ -28,16 +28,16 @@ class TwoViewPoints {
   void countInto(int64_t* evaluations) { columns_.countInto(evaluations); }
   int size() const { return columns_.count(); }
   PointColumnsView view() const { return columns_.view(); }
-  const std::vector<int32_t>& cells() const { return cells_; }
-  /// Replaces each match by its column.
-  void toColumns(std::vector<int>& matches) const;
-  size_t matchOf(int column) const { return static_cast<size_t>(match_of_[static_cast<size_t>(column)]); }
+  const std::vector<int32_t>& cells() const { return cells_; }  ///< of each slot
+  /// Replaces each row by its slot.
+  void toSlots(std::vector<int>& rows) const;
+  size_t rowOf(int slot) const { return static_cast<size_t>(row_of_[static_cast<size_t>(slot)]); }
   double noiseExponent() const { return noise_exponent_; }
   double pixelsPerUnit() const { return pixels_per_unit_; }
-  /// The weight of a match whose keypoints are both of the finest level.
+  /// The weight of a slot whose keypoints are both of the finest level.
   float finestWeight() const { return finest_weight_; }
-  /// A number of each column, as one of each match.
-  void inOrderOfMatches(const std::vector<float>& of_columns, std::vector<float>& of_matches) const;
+  /// Sorts a value of each slot by rows.
+  void toRows(const std::vector<float>& by_slot, std::vector<float>& by_row) const;
 
   Eigen::Matrix3d inResultUnits(const Eigen::Matrix3d& model) const;
 
@@ -45,7 +45,7 @@ class TwoViewPoints {
   ModelType type_ = ModelType::kEssential;
   PointColumns columns_;
   std::vector<int32_t> cells_;
-  std::vector<int> match_of_, column_of_;
+  std::vector<int> row_of_, slot_of_;
   Eigen::Matrix3d to_working_reference_, to_working_current_;  ///< pixels -> working coordinates
   double pixels_per_unit_ = 1, noise_exponent_ = 0;
   float finest_weight_ = 1;
@@ -57,7 +57,7 @@ class FinalResidual {
   /// `stretch`: by which points and their noise were stretched along y; residuals are in pixels before it.
   FinalResidual(const Camera& camera, ModelType type, const Eigen::Matrix3d& model, double stretch_reference = 1,
                 double stretch_current = 1);
-  /// Calls visit(match, squared residual in pixels) for every match; of one without coordinates the residual is any.
+  /// Calls visit(row, squared residual in pixels) for every row; of one without coordinates the residual is any.
   template <typename Visit>
   void forEach(const PointPairs& pairs, const Visit& visit) const {
     constexpr size_t kBlock = 64;
@@ -66,7 +66,7 @@ class FinalResidual {
     for (size_t first = 0; first < n; first += kBlock) {
       const size_t last = std::min(n, first + kBlock);
       squared(pairs, first, last, residuals);
-      for (size_t i = first; i < last; ++i) visit(i, residuals[i - first]);
+      for (size_t row = first; row < last; ++row) visit(row, residuals[row - first]);
     }
   }
 

@@ -336,8 +336,7 @@ TEST(StratifiedSampler, HitsWhatIsCrowdedInFewCells) {
   EXPECT_GT(clean, kDraws / 5);
 }
 
-/// The true motion of a drawn pair as a hypothesis of the textbook's model, and its columns in the order of the
-/// matches.
+/// The true motion of a drawn pair as a hypothesis of the textbook's model, and its slots in the order of the rows.
 struct TrueMotion {
   TwoViewScene pair;
   TwoViewPoints points;
@@ -350,7 +349,7 @@ struct TrueMotion {
     points.countInto(&evaluations);
     order.resize(pair.correct.size());
     std::iota(order.begin(), order.end(), 0);
-    points.toColumns(order);
+    points.toSlots(order);
     truth.matrix = crossMatrix(pair.t) * pair.R;
   }
   EssentialModel model() const { return {residualKernels(detectSimdLevel()), points.view()}; }

@@ -26,25 +26,25 @@ struct PointColumnsView {
   }
 };
 
-/// Matches that suffice for a first look at a motion: a random part, because columns have no order.
+/// Slots that suffice for a first look at a motion: a random part of the matches.
 constexpr int kRandomPart = 256;
 
-/// The first columns, as many as `count` (a multiple of kLanes) or all.
-inline PointColumnsView firstColumns(PointColumnsView points, int count) {
+/// The first slots, as many as `count` (a multiple of kLanes) or all.
+inline PointColumnsView firstSlots(PointColumnsView points, int count) {
   if (points.count > count) points.size = points.count = count;
   return points;
 }
 
-/// A pseudo-random order of `count` matches: every n-th, n about 0.618 of the count and coprime with it.
-inline void strideOver(int count, std::vector<int>& arrangement) {
+/// A pseudo-random order of `count` rows: every n-th, n about 0.618 of the count and coprime with it.
+inline void strideOver(int count, std::vector<int>& row_of) {
   int stride = std::max(1, static_cast<int>(0.618 * count));
   while (std::gcd(count, stride) != 1) ++stride;
-  arrangement.resize(static_cast<size_t>(count));
-  int match = 0;
-  for (int& entry : arrangement) {
-    entry = match;
-    match += stride;
-    if (match >= count) match -= count;
+  row_of.resize(static_cast<size_t>(count));
+  int row = 0;
+  for (int& entry : row_of) {
+    entry = row;
+    row += stride;
+    if (row >= count) row -= count;
   }
 }
 
@@ -75,23 +75,23 @@ class PointColumns {
     count_ = count;
     for (int c = 0; c < 5; ++c) std::fill(column(c) + count, column(c) + columns_.size(), 0.f);
   }
-  void gather(const PointColumnsView& from, const int* columns, int count) {
+  void gather(const PointColumnsView& from, const int* slots, int count) {
     resize(count);
     countInto(from.evaluations);
     const float* sources[] = {from.x1, from.y1, from.x2, from.y2, from.weight};
     for (int c = 0; c < 5; ++c) {
-      for (int i = 0; i < count; ++i) column(c)[i] = sources[c][columns[i]];
+      for (int i = 0; i < count; ++i) column(c)[i] = sources[c][slots[i]];
     }
   }
-  /// Copies all columns of others; those that are not kept get no weight.
+  /// Copies all slots of others; one for which keep(slot) is false gets no weight.
   template <class Keep>
   void copy(const PointColumnsView& from, const Keep& keep) {
     resize(from.count);
     countInto(from.evaluations);
     const float* sources[] = {from.x1, from.y1, from.x2, from.y2, from.weight};
     for (int c = 0; c < 5; ++c) std::copy_n(sources[c], from.count, column(c));
-    for (int i = 0; i < from.count; ++i) {
-      if (!keep(i)) column(4)[i] = 0;
+    for (int slot = 0; slot < from.count; ++slot) {
+      if (!keep(slot)) column(4)[slot] = 0;
     }
   }
   float* x1() { return column(0); }

@@ -85,7 +85,7 @@ struct ResidualKernels {
   /// `size` entries, zero where a match takes no part.
   DerivativeSums (*differentiatePose)(const PointColumnsView& points, const PoseParameters& pose,
                                       const float (&basis)[2][3], const Loss& loss, float* columns);
-  /// Sums over the rows of the products of the first kParameterCount of these columns with each other: the lower
+  /// Sums over the slots of the products of the first kParameterCount of these columns with each other: the lower
   /// triangle by rows.
   void (*sumProducts)(const float* columns, int size, double* sums);
   /// Linearised Sampson distance; D[p] is the derivative of the matrix with respect to parameter p.
@@ -102,7 +102,7 @@ struct ResidualKernels {
                     const ParallaxPrior& prior);
   float (*epipolarCost)(const PointColumnsView& points, const float (&M)[9], const Loss& loss);
   float (*transferCost)(const PointColumnsView& points, const float (&H)[9], const Loss& loss);
-  /// e[i] of every match, padding included: Sampson distance, that of scorePose, transfer distance in the current
+  /// e[i] of every slot i, padding included: Sampson distance, that of scorePose, transfer distance in the current
   /// image.
   void (*epipolarResiduals)(const PointColumnsView& points, const float (&M)[9], float* e);
   void (*poseResiduals)(const PointColumnsView& points, const PoseParameters& pose, float* e);

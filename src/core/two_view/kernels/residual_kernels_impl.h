@@ -493,7 +493,7 @@ struct Kernels {
   }
 
   static void sumProducts(const float* columns, int size, double* sums) {
-    // By blocks of rows, which single precision sums well enough, and tiles of columns: what is loaded is used thrice.
+    // By blocks of slots, which single precision sums well enough, and tiles of columns: what is loaded is used thrice.
     constexpr int kRows = 16 * kLanes, kTile = 3, kColumns = DerivativeColumn::kParameterCount;
     static_assert(kColumns % kTile == 0, "whole tiles");
     for (int k = 0; k < kColumns * (kColumns + 1) / 2; ++k) sums[k] = 0;
