@@ -29,12 +29,13 @@ class CpRansac : public TextbookMethod {
   }
 
   /// Crowded matches may agree on a motion that is not that of all, and the group's bound does not notice. So what is
-  /// judged to be unknown is searched on among all survivors, up to their bound. The paper judges no model.
+  /// judged to be unknown is searched on among all survivors, up to their bound, for which all samples count. The paper
+  /// judges no model.
   std::optional<Hypothesis> findBetter(const PairTask& pair, const std::optional<Hypothesis>& best) override {
     CountingVerifier verifier(*model_, points_.view(), order_);
     Ransac ransac(parts(*model_, pair.result.effort), verifier);
     if (best) ransac.offer(*best);
-    sampler_.begin(task(points_.size(), options_.max_iterations - pair.result.effort.hypotheses));
+    sampler_.begin(task(points_.size(), options_.max_iterations), pair.result.effort.hypotheses);
     ransac.search(sampler_);
     const bool is_better = ransac.best() && (!best || ransac.best()->matrix != best->matrix);
     return is_better ? ransac.best() : std::nullopt;

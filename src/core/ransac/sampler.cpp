@@ -18,10 +18,10 @@ int prefixLength(double fraction, int n, int least) {
   return std::min(n, std::max(least, length));
 }
 
-void UniformSampler::begin(const SamplingTask& task) {
+void UniformSampler::begin(const SamplingTask& task, int drawn) {
   task_ = task;
   prefix_ = prefixLength(options_.fraction, task.matches, task.sample_size);
-  drawn_ = 0;
+  drawn_ = drawn;
   bound_ = task.max_iterations;
 }
 

@@ -53,7 +53,8 @@ class UniformSampler : public Sampler {
   };
   UniformSampler() = default;
   explicit UniformSampler(const Options& options) : options_(options) {}
-  void begin(const SamplingTask& task);
+  /// `drawn`: samples of an earlier search, which count.
+  void begin(const SamplingTask& task, int drawn = 0);
   bool draw(Random& random, int* sample) override;
   void newBest(const std::vector<uint8_t>& inlier) override;
 

@@ -157,6 +157,15 @@ TEST(UniformSampler, StopsAtTheBoundOfItsMatchesOrAtTheTarget) {
   }
 }
 
+TEST(UniformSampler, GoesOnFromTheSamplesOfAnEarlierSearch) {
+  for (const int drawn : {0, 60, 200}) {
+    UniformSampler sampler;
+    sampler.begin({100, 5, 0.99, 5000}, drawn);
+    sampler.newBest(inliersInFront(59, 100));
+    EXPECT_EQ(countDraws(sampler, 100), std::max(0, 63 - drawn));  // log(0.01) / log(1 - 0.59^5)
+  }
+}
+
 TEST(ProsacSampler, GrowsByTheTableAndAlwaysTakesTheNewestMatch) {
   // T_n of Chum & Matas 2005 eq. 3 in closed form, T_N prod (n-i)/(N-i), not by the recurrence.
   for (int m : {4, 5, 7}) {
