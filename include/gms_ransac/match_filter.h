@@ -1,7 +1,6 @@
 // The pipeline: consecutive images in, filtered correspondences and relative pose out.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -37,7 +36,7 @@ class MatchFilter {
   MatchFilter(MatchFilter&&) noexcept;
   MatchFilter& operator=(MatchFilter&&) noexcept;
 
-  const MatchFilterOptions& options() const { return options_; }
+  const MatchFilterOptions& options() const;
   /// An uncalibrated camera gives correspondences without a pose.
   void setCamera(const Camera& camera);
   const Camera& camera() const;
@@ -82,14 +81,7 @@ class MatchFilter {
   /// Compares `current_` with the frame before, if there is one.
   const MatchResult& compareWithLast(const RotationPrior* prior);
   void requireCameraSize(const cv::Size& image) const;
-  void setClock(const std::function<double()>& seconds);
-  /// Matching and what follows; ends with the first stage that leaves too few.
-  Status compare(const Frame& reference, const Frame& current, MatchResult& result, Past* past);
-  /// Refuses the direction of translation where matches look like a place one period beside theirs, too.
-  void doubtRepetition(const Features& reference, const Features& current, MatchResult& result);
-  Status estimateSurvivors(const Frame& reference, const Frame& current, MatchResult& result, Past* past);
 
-  MatchFilterOptions options_;
   std::unique_ptr<Stages> stages_;
   Frame reference_, current_;
   bool have_reference_ = false, have_current_ = false;

@@ -1,9 +1,8 @@
-// The pipeline, stage by stage.
+// The pipeline: `compare` tells it, and the stages below it are in its order.
 #include "gms_ransac/match_filter.h"
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -27,17 +26,24 @@ namespace gms_ransac {
 
 namespace {
 
-class StopWatch {
+/// Two images, and what came before them.
+struct FramePair {
+  const Frame &reference, &current;
+  Past* past;  ///< of the stream; null: the pair stands alone
+};
+
+/// Adds its lifetime to the seconds of a stage.
+class StageTimer {
  public:
-  explicit StopWatch(const Clock& clock) : clock_(clock), last_(clock()) {}
-  double lap() {
-    const double before = std::exchange(last_, clock_());
-    return last_ - before;
-  }
+  StageTimer(const Clock& clock, double& seconds) : clock_(clock), seconds_(seconds), begin_(clock()) {}
+  ~StageTimer() { seconds_ += clock_() - begin_; }
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
 
  private:
   const Clock& clock_;
-  double last_;
+  double& seconds_;
+  double begin_;
 };
 
 double steadySeconds() {
@@ -51,11 +57,33 @@ HammingMatcherOptions matcherOptions(const MatchFilterOptions& options, const Me
   return matcher;
 }
 
-void recordCost(const Frame& reference, const Frame& current, const MatchResult& result, TimeBudget& budget) {
+/// What is known of the pair before its first stage.
+void beginPair(const FramePair& pair, const RotationPrior* prior, MatchResult& result) {
+  const auto& [reference, current, past] = pair;
+  result.clear(Status::kOk);
+  result.keypoints_reference = reference.features.size();
+  result.keypoints_current = current.features.size();
+  result.times.detect = current.detect_seconds;
+  if (prior != nullptr) result.pairs.rotation_prior = *prior;
+  if (reference.stamp && current.stamp) result.pairs.seconds = *current.stamp - *reference.stamp;
+  if (past == nullptr) return;
+  past->startPair(reference.features, current.features);
+  result.pairs.previous_motion = past->motion;
+  result.pairs.global_shutter = past->shutter.shutter().kind == Shutter::kGlobal;
+}
+
+void flagInliers(bool all, MatchResult& result) {
+  result.inlier = result.robust.inlier;
+  if (all) result.inlier.assign(result.matches.size(), 1);
+  result.inliers = static_cast<int>(std::count(result.inlier.begin(), result.inlier.end(), 1));
+}
+
+void recordCost(const FramePair& pair, const MatchResult& result, TimeBudget& budget) {
+  const Frame& current = pair.current;
   PairCost cost;
   cost.pixels = current.features.image_size.area();
   cost.asked = current.features_asked;
-  cost.reference = reference.features.size();
+  cost.reference = pair.reference.features.size();
   cost.current = current.features.size();
   cost.before = current.seconds_before;
   cost.extract = current.detect_seconds;
@@ -68,33 +96,27 @@ void recordCost(const Frame& reference, const Frame& current, const MatchResult&
 
 }  // namespace
 
-MatchFilterOptions MatchFilterOptions::paper() {
-  MatchFilterOptions options;
-  options.method = "cp_ransac";
-  options.extractor.extractor = "opencv";
-  options.search = SearchMode::kFull;
-  options.one_to_one = false;
-  options.robust.sort_key = SortKey::kScore;
-  options.robust.first_group_fraction = 0.5;
-  options.robust.refine = options.robust.judge = false;
-  return options;
-}
-
-/// Each stage keeps nothing but storage from pair to pair.
+/// Each stage fills its part of the result, and keeps nothing but storage from pair to pair.
 struct MatchFilter::Stages {
-  explicit Stages(const MatchFilterOptions& options)
-      : method(makeMethod(options)),
-        extractor(makeFeatureExtractor(options.extractor)),
-        matcher(matcherOptions(options, *method)),
-        selector(options.one_to_one, options.robust.rolling_shutter_readout > 0),
-        repetition(options.robust.simd) {
-    // A filter that decides alone would take every match that agrees with the predicted motion for an inlier.
-    if (options.search == SearchMode::kGuided && !method->wantsMutualMatches() && !method->filterDecides()) {
-      guided_search.emplace(matcherOptions(options, *method), options.motion_statistics);
-    }
-  }
+  explicit Stages(const MatchFilterOptions& given);
 
-  Clock clock = steadySeconds;
+  /// The whole algorithm on the features of two images; ends with the first stage that leaves too little.
+  Status compare(const FramePair& pair, MatchResult& result);
+  void match(const FramePair& pair, MatchResult& result);
+  void filter(const FramePair& pair, MatchResult& result);
+  void estimate(const FramePair& pair, MatchResult& result);
+  /// Checks the estimate against what else is seen and what was before: another motion may take its place, its
+  /// direction may be refused, or all of it.
+  void judge(const FramePair& pair, MatchResult& result);
+
+  /// Where a rotation from another sensor moves the keypoints; null: not known.
+  const MotionPrediction* predict(const std::optional<RotationPrior>& prior, const cv::Size& image);
+  /// Refuses the direction of translation where matches look like a place one period beside theirs, too.
+  void doubtRepetition(const FramePair& pair, MatchResult& result);
+  void setClock(const Clock& seconds);
+
+  MatchFilterOptions options;
+  Clock clock;
   Camera camera;
   std::unique_ptr<Method> method;
   std::unique_ptr<FeatureExtractor> extractor;
@@ -108,37 +130,6 @@ struct MatchFilter::Stages {
   TrackTable tracks;                   ///< of the sequence that is given to `process`
   std::shared_ptr<TimeBudget> budget;  ///< null: no limit
 };
-
-MatchFilter::MatchFilter(const MatchFilterOptions& options)
-    : options_(options), stages_(std::make_unique<Stages>(options)) {
-  setClock(steadySeconds);
-}
-
-MatchFilter::~MatchFilter() = default;
-MatchFilter::MatchFilter(MatchFilter&&) noexcept = default;
-MatchFilter& MatchFilter::operator=(MatchFilter&&) noexcept = default;
-
-const Camera& MatchFilter::camera() const { return stages_->camera; }
-
-void MatchFilter::setCamera(const Camera& camera) {
-  if (stages_->camera != camera) stages_->camera = camera;
-}
-
-void MatchFilter::reset() {
-  have_reference_ = have_current_ = false;
-  reference_ = Frame();
-  past_ = Past();
-  stages_->tracks.reset();
-}
-
-void MatchFilter::requireCameraSize(const cv::Size& image) const {
-  const cv::Size camera = stages_->camera.imageSize();
-  if (camera.empty() || image == camera) return;
-  throw std::invalid_argument(
-      cv::format("MatchFilter: the image is %d x %d pixels, the camera %d x %d; set the camera "
-                 "of these images",
-                 image.width, image.height, camera.width, camera.height));
-}
 
 const MatchResult& MatchFilter::process(const cv::Mat& image, const cv::Mat& mask, std::optional<double> stamp,
                                         const RotationPrior* prior) {
@@ -184,10 +175,10 @@ const MatchResult& MatchFilter::compareWithLast(const RotationPrior* prior) {
 void MatchFilter::extract(const cv::Mat& image, Frame& frame, const cv::Mat& mask, std::optional<double> stamp) {
   Stages& stages = *stages_;
   if (image.type() != CV_8UC1) throw std::invalid_argument("MatchFilter: the image must be CV_8UC1 (grey, 8 bit)");
-  StopWatch watch(stages.clock);
-  frame.features_asked = stages.budget ? stages.budget->features(image.size()) : options_.extractor.features;
+  frame.detect_seconds = 0;
+  const StageTimer timer(stages.clock, frame.detect_seconds);
+  frame.features_asked = stages.budget ? stages.budget->features(image.size()) : options().extractor.features;
   stages.extractor->extract(image, frame.features, mask, frame.features_asked);
-  frame.detect_seconds = watch.lap();
   frame.stamp = stamp;
 }
 
@@ -195,125 +186,177 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
                          Past* past) {
   requireCameraSize(reference.features.image_size);
   requireCameraSize(current.features.image_size);
-  result.clear(Status::kOk);
-  result.keypoints_reference = reference.features.size();
-  result.keypoints_current = current.features.size();
-  result.times.detect = current.detect_seconds;
-  if (prior != nullptr) result.pairs.rotation_prior = *prior;
-  if (past != nullptr) {
-    past->startPair(reference.features, current.features);
-    result.pairs.previous_motion = past->motion;
-    result.pairs.global_shutter = past->shutter.shutter().kind == Shutter::kGlobal;
-  }
-  if (reference.stamp && current.stamp) result.pairs.seconds = *current.stamp - *reference.stamp;
-  result.status = compare(reference, current, result, past);
-  if (stages_->budget) recordCost(reference, current, result, *stages_->budget);
+  const FramePair pair = {reference, current, past};
+  beginPair(pair, prior, result);
+  result.status = stages_->compare(pair, result);
+  if (stages_->budget) recordCost(pair, result, *stages_->budget);
 }
 
-Status MatchFilter::compare(const Frame& reference_frame, const Frame& current_frame, MatchResult& result, Past* past) {
-  Stages& stages = *stages_;
-  const Camera& camera = stages.camera;
-  const Features &reference = reference_frame.features, &current = current_frame.features;
-  if (std::min(reference.size(), current.size()) < kMinimumMatches) return Status::kTooFewKeypoints;
+Status MatchFilter::Stages::compare(const FramePair& pair, MatchResult& result) {
+  if (std::min(result.keypoints_reference, result.keypoints_current) < kMinimumMatches) return Status::kTooFewKeypoints;
+  match(pair, result);
+  if (result.raw.size() < kMinimumMatches) return Status::kTooFewMatches;
+  filter(pair, result);
+  if (result.size() < kMinimumMatches) return Status::kGmsRejected;
+  estimate(pair, result);
+  judge(pair, result);
+  if (pair.past != nullptr) continuePast(result, *pair.past);
+  return statusOf(result.robust, camera);
+}
 
-  StopWatch watch(stages.clock);
+void MatchFilter::Stages::match(const FramePair& pair, MatchResult& result) {
+  const StageTimer timer(clock, result.times.match);
+  const Features &reference = pair.reference.features, &current = pair.current.features;
   if (!reference.descriptors.is256Bit() || !current.descriptors.is256Bit()) {
     matchMutually(reference.descriptors, current.descriptors, result.raw);
-  } else if (stages.guided_search) {
-    const std::optional<RotationPrior>& prior = result.pairs.rotation_prior;
-    const bool predicts = prior && camera.calibrated() && camera.imageSize() == reference.image_size;
-    if (predicts) predictRotation(*prior, camera, stages.rotation_prediction);
-    stages.guided_search->match(reference, current, result.raw, predicts ? &stages.rotation_prediction : nullptr);
+  } else if (guided_search) {
+    guided_search->match(reference, current, result.raw, predict(result.pairs.rotation_prior, reference.image_size));
   } else {
-    stages.matcher.match(reference.descriptors, current.descriptors, result.raw);
+    matcher.match(reference.descriptors, current.descriptors, result.raw);
   }
-  result.times.match = watch.lap();
-  if (result.raw.size() < kMinimumMatches) return Status::kTooFewMatches;
-
-  const MotionStatistics& statistics = stages.method->filter(reference, current, result.raw);
-  stages.selector.select(reference, current, statistics, camera, result);
-  result.times.gms = watch.lap();
-  if (result.size() < kMinimumMatches) return Status::kGmsRejected;
-
-  return estimateSurvivors(reference_frame, current_frame, result, past);
 }
 
-void MatchFilterHooks::estimate(MatchFilter& filter, const Frame& reference, const Frame& current,
-                                MatchResult& result) {
-  if (result.size() < kMinimumMatches) return;
-  result.times.ransac = 0;
-  result.status = filter.estimateSurvivors(reference, current, result, nullptr);
+const MotionPrediction* MatchFilter::Stages::predict(const std::optional<RotationPrior>& prior, const cv::Size& image) {
+  if (!prior || !camera.calibrated() || camera.imageSize() != image) return nullptr;
+  predictRotation(*prior, camera, rotation_prediction);
+  return &rotation_prediction;
 }
 
-Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& current, MatchResult& result, Past* past) {
-  Stages& stages = *stages_;
-  if (stages.budget) {
-    stages.budget->limitSearch(current.seconds_before + result.times.total(), current.features.size());
-  }
-  StopWatch watch(stages.clock);
-  stages.method->estimate(result.pairs, stages.camera, result.robust);
-  stages.method->postFilter(reference.features, current.features, result);
+void MatchFilter::Stages::filter(const FramePair& pair, MatchResult& result) {
+  const StageTimer timer(clock, result.times.gms);
+  const Features &reference = pair.reference.features, &current = pair.current.features;
+  selector.select(reference, current, method->filter(reference, current, result.raw), camera, result);
+}
+
+void MatchFilter::Stages::estimate(const FramePair& pair, MatchResult& result) {
+  const Frame& current = pair.current;
+  if (budget) budget->limitSearch(current.seconds_before + result.times.total(), current.features.size());
+  const StageTimer timer(clock, result.times.ransac);
+  method->estimate(result.pairs, camera, result.robust);
+  method->postFilter(pair.reference.features, current.features, result);
   // Fewer inliers are no model.
   if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
-  if (options_.robust.judge) {
-    stages.fixed_to_camera.resolve(*stages.method, stages.camera, result, past);
-    doubtRepetition(reference.features, current.features, result);
-  }
-  if (past != nullptr) {
-    stages.continuity.check(*stages.method, stages.camera, options_.robust, result, *past);
-    result.shutter = past->shutter.shutter();
-  }
-  const RobustResult& robust = result.robust;
-  const bool may_rest =
-      !robust.judgement.translation_observable && robust.judgement.doubt != DirectionDoubt::kFixedToCamera;
-  result.stationary = may_rest && standsStill(reference.features, current.features, result, past);
-  result.inlier = robust.inlier;
-  if (stages.method->filterDecides()) result.inlier.assign(result.matches.size(), 1);
-  result.inliers = static_cast<int>(std::count(result.inlier.begin(), result.inlier.end(), 1));
-  result.times.ransac = watch.lap();
-  return statusOf(robust, stages.camera);
 }
 
-void MatchFilter::doubtRepetition(const Features& reference, const Features& current, MatchResult& result) {
+void MatchFilter::Stages::judge(const FramePair& pair, MatchResult& result) {
+  const StageTimer timer(clock, result.times.ransac);
+  if (options.robust.judge) {
+    fixed_to_camera.resolve(*method, camera, result, pair.past);
+    doubtRepetition(pair, result);
+    if (pair.past != nullptr) continuity.check(*method, camera, options.robust, result, *pair.past);
+  }
+  const Judgement& judgement = result.robust.judgement;
+  const bool may_rest = !judgement.translation_observable && judgement.doubt != DirectionDoubt::kFixedToCamera;
+  result.stationary = may_rest && standsStill(pair.reference.features, pair.current.features, result, pair.past);
+  flagInliers(method->filterDecides(), result);
+}
+
+void MatchFilter::Stages::doubtRepetition(const FramePair& pair, MatchResult& result) {
   RobustResult& robust = result.robust;
+  const Features &reference = pair.reference.features, &current = pair.current.features;
   const DescriptorSet& descriptors = reference.descriptors;  // none of points that a caller gives
   if (!robust.judgement.translation_observable || descriptors.size() == 0 || !descriptors.is256Bit()) return;
-  const std::optional<double> period = stages_->repetition.period(reference, current, result.matches, robust.inlier);
+  const std::optional<double> period = repetition.period(reference, current, result.matches, robust.inlier);
   if (!period) return;
   robust.judgement.refuse(DirectionDoubt::kRepetition);
   // A rotation by a period explains the pattern as well.
-  const double angle = *period / stages_->camera.K()(0, 0);
+  const double angle = *period / camera.K()(0, 0);
   robust.judgement.pose.covariance.diagonal().tail<3>().array() += angle * angle;
 }
 
-void MatchFilter::setClock(const std::function<double()>& seconds) {
-  Stages& stages = *stages_;
-  stages.clock = seconds;
-  if (options_.max_milliseconds <= 0) return;
-  stages.budget = std::make_shared<TimeBudget>(1e-3 * options_.max_milliseconds, options_.extractor.features, seconds);
-  stages.method->setTimeLimit(&stages.budget->limit());
+MatchFilterOptions MatchFilterOptions::paper() {
+  MatchFilterOptions options;
+  options.method = "cp_ransac";
+  options.extractor.extractor = "opencv";
+  options.search = SearchMode::kFull;
+  options.one_to_one = false;
+  options.robust.sort_key = SortKey::kScore;
+  options.robust.first_group_fraction = 0.5;
+  options.robust.refine = options.robust.judge = false;
+  return options;
+}
+
+MatchFilter::Stages::Stages(const MatchFilterOptions& given)
+    : options(given),
+      method(makeMethod(options)),
+      extractor(makeFeatureExtractor(options.extractor)),
+      matcher(matcherOptions(options, *method)),
+      selector(options.one_to_one, options.robust.rolling_shutter_readout > 0),
+      repetition(options.robust.simd) {
+  // A filter that decides alone would take every match that agrees with the predicted motion for an inlier.
+  if (options.search == SearchMode::kGuided && !method->wantsMutualMatches() && !method->filterDecides()) {
+    guided_search.emplace(matcherOptions(options, *method), options.motion_statistics);
+  }
+  setClock(steadySeconds);
+}
+
+void MatchFilter::Stages::setClock(const Clock& seconds) {
+  clock = seconds;
+  if (options.max_milliseconds <= 0) return;
+  budget = std::make_shared<TimeBudget>(1e-3 * options.max_milliseconds, options.extractor.features, seconds);
+  method->setTimeLimit(&budget->limit());
+}
+
+MatchFilter::MatchFilter(const MatchFilterOptions& options) : stages_(std::make_unique<Stages>(options)) {}
+
+MatchFilter::~MatchFilter() = default;
+MatchFilter::MatchFilter(MatchFilter&&) noexcept = default;
+MatchFilter& MatchFilter::operator=(MatchFilter&&) noexcept = default;
+
+const MatchFilterOptions& MatchFilter::options() const { return stages_->options; }
+
+const Camera& MatchFilter::camera() const { return stages_->camera; }
+
+void MatchFilter::setCamera(const Camera& camera) {
+  if (stages_->camera != camera) stages_->camera = camera;
+}
+
+void MatchFilter::reset() {
+  have_reference_ = have_current_ = false;
+  reference_ = Frame();
+  past_ = Past();
+  stages_->tracks.reset();
+}
+
+void MatchFilter::requireCameraSize(const cv::Size& image) const {
+  const cv::Size camera = stages_->camera.imageSize();
+  if (camera.empty() || image == camera) return;
+  throw std::invalid_argument(
+      cv::format("MatchFilter: the image is %d x %d pixels, the camera %d x %d; set the camera "
+                 "of these images",
+                 image.width, image.height, camera.width, camera.height));
 }
 
 void MatchFilter::continueBudget(const MatchFilter& before) {
-  MatchFilterOptions comparable = before.options_;
-  comparable.robust = options_.robust;
-  comparable.robust.model = before.options_.robust.model;
-  comparable.robust.refine = before.options_.robust.refine;
-  const bool same = parametersOf(comparable) == parametersOf(options_) &&
-                    comparable.extractor.threads == options_.extractor.threads &&
-                    comparable.matcher_threads == options_.matcher_threads;
+  MatchFilterOptions comparable = before.options();
+  comparable.robust = options().robust;
+  comparable.robust.model = before.options().robust.model;
+  comparable.robust.refine = before.options().robust.refine;
+  const bool same = parametersOf(comparable) == parametersOf(options()) &&
+                    comparable.extractor.threads == options().extractor.threads &&
+                    comparable.matcher_threads == options().matcher_threads;
   if (!same || !before.stages_->budget) return;
   stages_->budget = before.stages_->budget;
   stages_->method->setTimeLimit(&stages_->budget->limit());
 }
 
 void MatchFilterHooks::setClock(MatchFilter& filter, const std::function<double()>& seconds) {
-  filter.setClock(seconds);
+  filter.stages_->setClock(seconds);
 }
 
 void MatchFilterHooks::setSeed(MatchFilter& filter, uint64_t seed) {
-  filter.options_.robust.seed = seed;
+  filter.stages_->options.robust.seed = seed;
   filter.stages_->method->setSeed(seed);
+}
+
+void MatchFilterHooks::estimate(MatchFilter& filter, const Frame& reference, const Frame& current,
+                                MatchResult& result) {
+  if (result.size() < kMinimumMatches) return;
+  result.times.ransac = 0;
+  const FramePair pair = {reference, current, nullptr};
+  filter.stages_->estimate(pair, result);
+  filter.stages_->judge(pair, result);
+  result.status = statusOf(result.robust, filter.camera());
 }
 
 }  // namespace gms_ransac

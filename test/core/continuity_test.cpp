@@ -57,7 +57,10 @@ Answer answer(const TwoViewScene& scene, double tracks, int steady, const Robust
   }
   const auto method = makeEstimator("lo_prosac", robust);
   method->estimate(scene.pairs, scene.camera, result.robust);
-  if (tracks >= 0) Continuity().check(*method, scene.camera, robust, result, answer.past);
+  if (tracks >= 0) {
+    Continuity().check(*method, scene.camera, robust, result, answer.past);
+    continuePast(result, answer.past);
+  }
   answer.robust = result.robust;
   return answer;
 }

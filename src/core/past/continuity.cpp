@@ -29,6 +29,11 @@ double directionSigma(const RelativePose& pose) {
   return std::sqrt(std::max(0.0, axes.eigenvalues().z()));
 }
 
+/// The answer has the direction that the pairs before it had.
+bool continues(const RobustResult& answer, const Past& past) {
+  return past.steady > 0 && isSame(answer.judgement.pose.t, past.direction);
+}
+
 /// Remembers directions in the axes of the current camera, and what the pair shows of the shutter.
 void remember(const MatchResult& result, Past& past) {
   const RobustResult& robust = result.robust;
@@ -45,7 +50,7 @@ void remember(const MatchResult& result, Past& past) {
 
 /// Notes which keypoints of the current image are static: those that the motion explains; without one, those that were.
 /// Where a part of the view may be fixed to the camera, none is known to be.
-void label(const MatchResult& result, Past& past) {
+void markStatic(const MatchResult& result, Past& past) {
   const RobustResult& robust = result.robust;
   past.reference_static.resize(static_cast<size_t>(result.keypoints_reference), 0);
   past.current_static.assign(static_cast<size_t>(result.keypoints_current), 0);
@@ -61,26 +66,22 @@ void label(const MatchResult& result, Past& past) {
 }  // namespace
 
 void Continuity::check(Method& method, const Camera& camera, const RobustOptions& options, MatchResult& result,
-                       Past& past) {
-  const bool judge = options.judge;
+                       const Past& past) {
   RobustResult& robust = result.robust;
-  const auto continues = [&past](const RobustResult& answer) {
-    return past.steady > 0 && isSame(answer.judgement.pose.t, past.direction);
-  };
   const bool known = robust.judgement.translation_observable;
-  if (judge && robust.judgement.pose_found && (known || past.steady > 0) && !continues(robust)) {
+  if (robust.judgement.pose_found && (known || past.steady > 0) && !continues(robust, past)) {
     select(past, result);
     const RobustResult& alone = tracks_.robust;
     tracks_.clear();
     if (static_cast<int>(tracks_.rows.size()) >= kEnoughTracks) tracks_.estimate(method, camera, result);
     if (!known) {
-      if (alone.judgement.translation_observable && continues(alone)) tracks_.replace(camera, result);
+      if (alone.judgement.translation_observable && continues(alone, past)) tracks_.replace(camera, result);
     } else if (!alone.judgement.pose_found) {
       if (past.steady >= kSteady) robust.reject();
       if (!robust.judgement.pose_found) robust.judgement.doubt = DirectionDoubt::kDiscontinuity;
     } else if (!isSame(alone.judgement.pose.t, robust.judgement.pose.t)) {
       const RelativePose refused = robust.judgement.pose;
-      const bool shown = alone.judgement.translation_observable && continues(alone);
+      const bool shown = alone.judgement.translation_observable && continues(alone, past);
       tracks_.replace(camera, result);
       if (!shown) {
         robust.judgement.refuse(DirectionDoubt::kDiscontinuity);
@@ -89,17 +90,10 @@ void Continuity::check(Method& method, const Camera& camera, const RobustOptions
     }
   }
   const double limit = kShareOfLimit * options.max_direction_sigma * M_PI / 180;
-  if (judge && robust.judgement.translation_observable && robust.judgement.pose.t.dot(past.guess) < std::cos(kShown) &&
+  if (robust.judgement.translation_observable && robust.judgement.pose.t.dot(past.guess) < std::cos(kShown) &&
       directionSigma(robust.judgement.pose) > limit) {
     robust.judgement.refuse(DirectionDoubt::kUnconfirmed);
   }
-  label(result, past);
-  if (!robust.judgement.translation_observable) {
-    past.steady = std::max(0, past.steady - 1);
-  } else {
-    past.steady = continues(robust) ? std::min(past.steady + 1, kMostSteady) : 1;
-  }
-  remember(result, past);
 }
 
 void Continuity::select(const Past& past, const MatchResult& result) {
@@ -107,6 +101,18 @@ void Continuity::select(const Past& past, const MatchResult& result) {
   for (size_t row = 0; row < result.matches.size(); ++row) {
     if (past.isStatic(result.matches[row].reference)) tracks_.rows.push_back(static_cast<int>(row));
   }
+}
+
+void continuePast(MatchResult& result, Past& past) {
+  const RobustResult& robust = result.robust;
+  markStatic(result, past);
+  if (!robust.judgement.translation_observable) {
+    past.steady = std::max(0, past.steady - 1);
+  } else {
+    past.steady = continues(robust, past) ? std::min(past.steady + 1, kMostSteady) : 1;
+  }
+  remember(result, past);
+  result.shutter = past.shutter.shutter();
 }
 
 }  // namespace gms_ransac

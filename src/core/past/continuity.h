@@ -1,8 +1,8 @@
 // The room past holds an answer against what the pairs before it showed, or against what else is seen. Between two
 // pairs nothing is kept but Past.
 //
-// Compares an answer with the past of its stream: a direction that breaks with the motion so far must be shown by the
-// matches that continue static tracks. doc/inside/judgement.md says why.
+// Compares an answer with the past of its stream, and continues that: a direction that breaks with the motion so far
+// must be shown by the matches that continue static tracks. doc/inside/judgement.md says why.
 #pragma once
 
 #include "gms_ransac/camera.h"
@@ -18,10 +18,9 @@ class Continuity {
  public:
   /// `method` has just estimated `result`. If the direction is new and the static tracks alone show another motion,
   /// that motion becomes the result; where they are too few to show any, a steady stream refuses the pair. If the
-  /// direction is not known and the static tracks alone continue the stream, their motion becomes the result. Then
-  /// updates `past`. A direction that the pair before did not show at all must be known twice as well as others.
-  /// Without RobustOptions::judge the answer stands.
-  void check(Method& method, const Camera& camera, const RobustOptions& options, MatchResult& result, Past& past);
+  /// direction is not known and the static tracks alone continue the stream, their motion becomes the result. A
+  /// direction that the pair before did not show at all must be known twice as well as others.
+  void check(Method& method, const Camera& camera, const RobustOptions& options, MatchResult& result, const Past& past);
 
  private:
   /// Selects the matches that continue static tracks.
@@ -29,5 +28,8 @@ class Continuity {
 
   SubsetEstimate tracks_;  ///< of the matches that continue static tracks
 };
+
+/// Moves `past` on by an answer, which gets the shutter that the stream has shown until then.
+void continuePast(MatchResult& result, Past& past);
 
 }  // namespace gms_ransac
