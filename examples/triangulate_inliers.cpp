@@ -31,7 +31,7 @@ void onCorrespondences(const gms_ransac::Correspondences& message) try {
   for (int i = 0; i < view.size(); ++i) {
     if (!view.isInlier(i)) continue;
     const auto r = reference.at<cv::Point2f>(i), c = current.at<cv::Point2f>(i);
-    rays.match.push_back(i);
+    rays.row.push_back(i);
     rays.x_reference.push_back(r.x);
     rays.y_reference.push_back(r.y);
     rays.x_current.push_back(c.x);

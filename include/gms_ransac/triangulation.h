@@ -10,9 +10,9 @@
 
 namespace gms_ransac {
 
-/// The inliers of one pair as columns, in the order of the matches. Lengths in multiples of |t|.
+/// The inliers of one pair as points, in the order of their rows. Lengths in multiples of |t|.
 struct Triangulation {
-  std::vector<int> match;                        ///< index into MatchResult::matches
+  std::vector<int> row;                          ///< of the point's match in MatchResult
   std::vector<double> x_reference, y_reference;  ///< undistorted normalised image coordinates
   std::vector<double> x_current, y_current;
   std::vector<double> depth_reference;  ///< along the optical axis; meaningless where not valid
@@ -20,7 +20,7 @@ struct Triangulation {
   std::vector<double> parallax;  ///< angle between the two rays, radians
   std::vector<uint8_t> valid;    ///< in front of both cameras and enough parallax
 
-  int size() const { return static_cast<int>(match.size()); }
+  int size() const { return static_cast<int>(row.size()); }
   /// In the current camera's optical frame.
   Eigen::Vector3d point(int i) const { return Eigen::Vector3d(x_current[i], y_current[i], 1) * depth_current[i]; }
 };
@@ -34,6 +34,6 @@ void triangulateInliers(const Features& reference, const Features& current, cons
                         const Camera& camera, Triangulation& out, double minimum_parallax = kMinimumParallax);
 
 /// The same from the columns x, y and the pose alone; fills depths, parallax and valid.
-void triangulate(const RelativePose& pose, double minimum_parallax, Triangulation& columns);
+void triangulate(const RelativePose& pose, double minimum_parallax, Triangulation& points);
 
 }  // namespace gms_ransac

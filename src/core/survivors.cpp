@@ -25,30 +25,30 @@ void describe(const Features& reference, const Features& current, const MotionSt
   pairs.image_current = current.image_size;
   pairs.scale_factor = current.scale_factor;
   int32_t largest = 0;
-  for (size_t k = 0; k < kept.size(); ++k) {
-    const auto i = static_cast<size_t>(kept[k]);
-    const Match match = result.matches[k] = result.raw[i];
+  for (size_t row = 0; row < kept.size(); ++row) {
+    const auto raw = static_cast<size_t>(kept[row]);
+    const Match match = result.matches[row] = result.raw[raw];
     const cv::KeyPoint& a = reference.keypoints[match.reference];
     const cv::KeyPoint& b = current.keypoints[match.current];
     const cv::Point2f p = camera.undistort(a.pt), q = camera.undistort(b.pt);
-    pairs.x_reference[k] = p.x;
-    pairs.y_reference[k] = p.y;
-    pairs.x_current[k] = q.x;
-    pairs.y_current[k] = q.y;
-    pairs.octave_reference[k] = static_cast<uint8_t>(a.octave);
-    pairs.octave_current[k] = static_cast<uint8_t>(b.octave);
-    pairs.score[k] = statistics.score[i];
-    pairs.relative_score[k] = statistics.relative_score[i];
-    pairs.distance[k] = match.distance;
-    pairs.second_distance[k] = match.second_distance;
-    largest = std::max(largest, pairs.score[k]);
+    pairs.x_reference[row] = p.x;
+    pairs.y_reference[row] = p.y;
+    pairs.x_current[row] = q.x;
+    pairs.y_current[row] = q.y;
+    pairs.octave_reference[row] = static_cast<uint8_t>(a.octave);
+    pairs.octave_current[row] = static_cast<uint8_t>(b.octave);
+    pairs.score[row] = statistics.score[raw];
+    pairs.relative_score[row] = statistics.relative_score[raw];
+    pairs.distance[row] = match.distance;
+    pairs.second_distance[row] = match.second_distance;
+    largest = std::max(largest, pairs.score[row]);
   }
-  for (size_t k = 0; k < kept.size(); ++k) {
-    result.confidence[k] = largest > 0 ? static_cast<float>(pairs.score[k]) / static_cast<float>(largest) : 1.f;
+  for (size_t row = 0; row < kept.size(); ++row) {
+    result.confidence[row] = largest > 0 ? static_cast<float>(pairs.score[row]) / static_cast<float>(largest) : 1.f;
   }
 }
 
-void describeRows(const Features& reference, const Features& current, const Camera& camera, MatchResult& result) {
+void describeImageRows(const Features& reference, const Features& current, const Camera& camera, MatchResult& result) {
   PointPairs& pairs = result.pairs;
   pairs.row_reference.clear();
   pairs.row_current.clear();
@@ -64,13 +64,13 @@ void describeRows(const Features& reference, const Features& current, const Came
 void SurvivorSelector::select(const Features& reference, const Features& current, const MotionStatistics& statistics,
                               const Camera& camera, MatchResult& result) {
   kept_.clear();
-  for (size_t i = 0; i < result.raw.size(); ++i) {
-    if (!statistics.accepted[i]) continue;
-    if (hasRays(reference, current, result.raw[i], camera)) kept_.push_back(static_cast<int>(i));
+  for (size_t raw = 0; raw < result.raw.size(); ++raw) {
+    if (!statistics.accepted[raw]) continue;
+    if (hasRays(reference, current, result.raw[raw], camera)) kept_.push_back(static_cast<int>(raw));
   }
   if (one_to_one_) keepOneForEachPoint(current.keypoints.size(), result.raw, statistics);
   describe(reference, current, statistics, camera, kept_, result);
-  if (with_rows_) describeRows(reference, current, camera, result);
+  if (with_image_rows_) describeImageRows(reference, current, camera, result);
 }
 
 void SurvivorSelector::selectAll(const Features& reference, const Features& current, const Camera& camera,
@@ -81,7 +81,7 @@ void SurvivorSelector::selectAll(const Features& reference, const Features& curr
   kept_.resize(result.raw.size());
   std::iota(kept_.begin(), kept_.end(), 0);
   describe(reference, current, none, camera, kept_, result);
-  if (with_rows_) describeRows(reference, current, camera, result);
+  if (with_image_rows_) describeImageRows(reference, current, camera, result);
 }
 
 void SurvivorSelector::keepOneForEachPoint(size_t current_points, const std::vector<Match>& raw,

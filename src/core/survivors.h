@@ -10,7 +10,8 @@ namespace gms_ransac {
 
 class SurvivorSelector {
  public:
-  SurvivorSelector(bool one_to_one, bool with_rows) : one_to_one_(one_to_one), with_rows_(with_rows) {}
+  SurvivorSelector(bool one_to_one, bool with_image_rows)
+      : one_to_one_(one_to_one), with_image_rows_(with_image_rows) {}
 
   /// Fills `matches`, `pairs` and `confidence` of the result with the accepted ones of `raw` whose rays are known; with
   /// MatchFilterOptions::one_to_one the best of each current point.
@@ -23,8 +24,8 @@ class SurvivorSelector {
  private:
   void keepOneForEachPoint(size_t current_points, const std::vector<Match>& raw, const MotionStatistics& statistics);
 
-  bool one_to_one_, with_rows_;
-  std::vector<int> kept_;  ///< of the raw matches
+  bool one_to_one_, with_image_rows_;
+  std::vector<int> kept_;  ///< raw match of each row
   std::vector<int> best_;  ///< raw match of each current point
 };
 

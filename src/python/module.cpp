@@ -489,7 +489,7 @@ two rays, below which a point is not valid.)";
 constexpr const char* kTriangulationText =
     R"(The inliers of a pair as points, in multiples of the baseline. Columns with
 an entry for each inlier:
-  match            int32: row in the columns of the MatchResult
+  row              int32: in the columns of the MatchResult
   points           K x 3 float64, in the current camera's optical frame
   depth_reference, depth_current  float64, along the optical axes
   parallax         float64, radians between the two rays
@@ -669,7 +669,7 @@ void defineTriangulation(py::module& m) {
   py::class_<Triangulation> type(m, "Triangulation", kTriangulationText);
   const auto define = [&type](const char* name, auto getter) { type.def_property_readonly(name, getter); };
   type.def("__len__", &Triangulation::size);
-  define("match", [](const Triangulation& points) { return viewOf<int, 1>(points.match); });
+  define("row", [](const Triangulation& points) { return viewOf<int, 1>(points.row); });
   define("points", [](const Triangulation& points) {
     Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> rows(points.size(), 3);
     for (int i = 0; i < points.size(); ++i) rows.row(i) = points.point(i);

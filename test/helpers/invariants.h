@@ -200,7 +200,7 @@ inline std::string brokenTracks(const TrackTable& tracks, const MatchResult& res
 }
 
 inline std::string brokenTriangulation(const Triangulation& points) {
-  const size_t n = points.match.size();
+  const size_t n = points.row.size();
   for (const auto* column : {&points.x_reference, &points.y_reference, &points.x_current, &points.y_current,
                              &points.depth_reference, &points.depth_current, &points.parallax}) {
     if (column->size() != n) return "columns of the triangulation differ in length";

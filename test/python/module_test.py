@@ -269,12 +269,12 @@ class Module(unittest.TestCase):
         # Points of the inliers, before the camera and on its rays.
         points = pair.triangulate()
         self.assertEqual(len(points), pair.inliers)
-        np.testing.assert_array_equal(points.match, np.flatnonzero(inlier))
+        np.testing.assert_array_equal(points.row, np.flatnonzero(inlier))
         good = points.valid == 1
         self.assertGreater(good.sum(), 100)
         fx, fy, cx, cy = map(float, self.intrinsics)
         seen = points.points[good]
-        np.testing.assert_allclose(seen[:, :2] / seen[:, 2:] * (fx, fy) + (cx, cy), pair.current_points[points.match[good]],
+        np.testing.assert_allclose(seen[:, :2] / seen[:, 2:] * (fx, fy) + (cx, cy), pair.current_points[points.row[good]],
                                    atol=1e-3)
         self.assertLess(len(pair.triangulate(minimum_parallax=1).valid.nonzero()[0]), good.sum())
         self.assertEqual(len(gms_ransac.match(self.grey[0], self.grey[0], self.camera).triangulate()), 0)

@@ -22,23 +22,23 @@ float median(std::vector<float>& values) {
 }
 
 struct Survivor {
-  size_t match;
+  size_t raw;            ///< of the raw matches
   cv::Point2f from, to;  ///< pixels
 };
 
 float distance(const cv::Point2f& a, const cv::Point2f& b) { return std::hypot(b.x - a.x, b.y - a.y); }
 
 void reject(const Survivor& survivor, MotionStatistics& statistics) {
-  statistics.accepted[survivor.match] = 0;
-  statistics.score[survivor.match] = 0;
-  statistics.relative_score[survivor.match] = 0.f;
+  statistics.accepted[survivor.raw] = 0;
+  statistics.score[survivor.raw] = 0;
+  statistics.relative_score[survivor.raw] = 0.f;
   --statistics.accepted_count;
 }
 
 void rejectByDisplacement(const std::vector<Survivor>& survivors, MotionStatistics& statistics) {
   const int columns = statistics.grid_columns, rows = statistics.grid_rows;
   std::vector<std::vector<Survivor>> cells(static_cast<size_t>(columns) * rows);
-  for (const Survivor& survivor : survivors) cells[statistics.cell[survivor.match]].push_back(survivor);
+  for (const Survivor& survivor : survivors) cells[statistics.cell[survivor.raw]].push_back(survivor);
   std::vector<float> pool;
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
@@ -86,9 +86,10 @@ void rejectByPairs(const std::vector<Survivor>& survivors, uint64_t seed, Motion
 void rejectInconsistent(DistanceReading reading, uint64_t seed, const Features& reference, const Features& current,
                         const std::vector<Match>& matches, MotionStatistics& statistics) {
   std::vector<Survivor> survivors;
-  for (size_t i = 0; i < matches.size(); ++i) {
-    if (!statistics.accepted[i]) continue;
-    survivors.push_back({i, reference.keypoints[matches[i].reference].pt, current.keypoints[matches[i].current].pt});
+  for (size_t raw = 0; raw < matches.size(); ++raw) {
+    if (!statistics.accepted[raw]) continue;
+    const Match& match = matches[raw];
+    survivors.push_back({raw, reference.keypoints[match.reference].pt, current.keypoints[match.current].pt});
   }
   if (reading == DistanceReading::kDisplacement) {
     rejectByDisplacement(survivors, statistics);

@@ -68,14 +68,15 @@ std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth)
 ScaleEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, KeyFrame* key) {
   ScaleEstimate estimate;
   const PairReader reader(pair);
-  const Triangulation& columns = pair.points;
+  const Triangulation& triangulated = pair.points;
   std::vector<std::pair<double, double>> ratios;
   int matches = 0;
-  for (int i = 0; i < columns.size(); ++i) {
-    const double zr = reader.referenceDepth(i), zc = reader.currentDepth(i);
+  for (int point = 0; point < triangulated.size(); ++point) {
+    const double zr = reader.referenceDepth(point), zc = reader.currentDepth(point);
     matches += zr > 0 || zc > 0;
-    if (zr > 0 && columns.valid[i]) ratios.emplace_back(zr / columns.depth_reference[i], 1 / zr);
-    if (zc > 0 && columns.valid[i]) ratios.emplace_back(zc / columns.depth_current[i], 1 / zc);
+    if (!triangulated.valid[point]) continue;
+    if (zr > 0) ratios.emplace_back(zr / triangulated.depth_reference[point], 1 / zr);
+    if (zc > 0) ratios.emplace_back(zc / triangulated.depth_current[point], 1 / zc);
   }
   if (matches < kMinimumSupport) return estimate;
 
@@ -84,8 +85,8 @@ ScaleEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, K
   start.pose.t *= length;
   PairPoints points = reader.points();
   for (size_t i = 0; i < points.joint.size(); ++i) {
-    const int column = points.sightings[i].column;
-    points.joint[i].begin(start.pose, columns.valid[column] ? length * columns.depth_reference[column] : 0);
+    const int point = points.sightings[i].point;
+    points.joint[i].begin(start.pose, triangulated.valid[point] ? length * triangulated.depth_reference[point] : 0);
   }
   const Vector3d sensor_sigma = sensorSigma(reader.pixel(), pair.baseline);
   if (!refineJointly(points.joint, start, sensor_sigma, false, pose)) return estimate;

@@ -63,7 +63,7 @@ std::vector<JointPoint> KeyFrame::stillSeen(const DepthPair& pair, const PairRea
       const auto found = align(image, pair.current_image, place);
       if (!found) continue;
       point->shape = found->shape;
-      joint.current = reader.aligned(*found, reader.currentDepth(sighting.column));
+      joint.current = reader.aligned(*found, reader.currentDepth(sighting.point));
     }
     joint.reference = point->seen;
     joint.begin(chain, depthIn(reference, of_pair.joint[i].reference.value));

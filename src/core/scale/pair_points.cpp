@@ -31,10 +31,10 @@ PairReader::PairReader(const DepthPair& pair)
 
 PairPoints PairReader::points() const {
   PairPoints points;
-  for (const int i : chosen()) {
-    const cv::KeyPoint &r = pair_.reference.keypoints[match(i).reference],
-                       &c = pair_.current.keypoints[match(i).current];
-    const double zr = referenceDepth(i), zc = currentDepth(i);
+  for (const int point : chosen()) {
+    const cv::KeyPoint &r = pair_.reference.keypoints[match(point).reference],
+                       &c = pair_.current.keypoints[match(point).current];
+    const double zr = referenceDepth(point), zc = currentDepth(point);
     PointToAlign place = pointToAlign(r.pt, c.pt, zr > 0 && zc > 0 ? static_cast<float>(zr / zc) : 1);
     const auto found =
         pair_.hasPixels() ? align(pair_.reference_image, pair_.current_image, place) : std::optional<PatchPlace>();
@@ -45,21 +45,21 @@ PairPoints PairReader::points() const {
       joint.reference = seen(rayOf(pair_.camera, pointOf(place.pixel)), zr, 0, place.pixel.y);
       joint.current = aligned(*found, zc);
     } else {
-      joint.reference = seen({pair_.points.x_reference[i], pair_.points.y_reference[i]}, zr, noise(r), r.pt.y);
-      joint.current = seen({pair_.points.x_current[i], pair_.points.y_current[i]}, zc, noise(c), c.pt.y);
+      joint.reference = seen({pair_.points.x_reference[point], pair_.points.y_reference[point]}, zr, noise(r), r.pt.y);
+      joint.current = seen({pair_.points.x_current[point], pair_.points.y_current[point]}, zc, noise(c), c.pt.y);
     }
     points.joint.push_back(joint);
-    points.sightings.push_back({i, track(i), place.pixel, place.guess, found.has_value()});
+    points.sightings.push_back({point, track(point), place.pixel, place.guess, found.has_value()});
   }
   return points;
 }
 
-double PairReader::referenceDepth(int column) const {
-  return pair_.reference_depth.empty() ? 0 : pair_.reference_depth[match(column).reference];
+double PairReader::referenceDepth(int point) const {
+  return pair_.reference_depth.empty() ? 0 : pair_.reference_depth[match(point).reference];
 }
 
-double PairReader::currentDepth(int column) const {
-  return pair_.current_depth.empty() ? 0 : pair_.current_depth[match(column).current];
+double PairReader::currentDepth(int point) const {
+  return pair_.current_depth.empty() ? 0 : pair_.current_depth[match(point).current];
 }
 
 SeenPoint PairReader::aligned(const PatchPlace& place, double depth) const {
@@ -68,14 +68,14 @@ SeenPoint PairReader::aligned(const PatchPlace& place, double depth) const {
 }
 
 std::vector<int> PairReader::chosen() const {
-  std::vector<int> columns(static_cast<size_t>(pair_.points.size()));
-  std::iota(columns.begin(), columns.end(), 0);
-  if (!pair_.hasPixels()) return columns;
+  std::vector<int> all(static_cast<size_t>(pair_.points.size()));
+  std::iota(all.begin(), all.end(), 0);
+  if (!pair_.hasPixels()) return all;
   std::vector<cv::Point2f> places;
   std::vector<uint32_t> tracks;
-  for (const int i : columns) {
-    places.push_back(pair_.current.keypoints[match(i).current].pt);
-    tracks.push_back(track(i));
+  for (const int point : all) {
+    places.push_back(pair_.current.keypoints[match(point).current].pt);
+    tracks.push_back(track(point));
   }
   return spreadOut(places, tracks, pair_.current.image_size);
 }

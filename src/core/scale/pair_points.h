@@ -26,7 +26,7 @@ struct DepthPair {
   /// Metres between two cameras, whose disparities may have a common offset; 0: a depth camera, whose rotation may grow
   /// with the row.
   double baseline;
-  const std::vector<uint32_t>& track_ids;  ///< one for each match of the result, 0: not followed
+  const std::vector<uint32_t>& track_ids;                          ///< one for each row of the result, 0: not followed
   cv::Mat reference_image = cv::Mat(), current_image = cv::Mat();  ///< CV_8UC1; empty: there are keypoints alone
 
   bool hasPixels() const { return !reference_image.empty() && !current_image.empty(); }
@@ -34,7 +34,7 @@ struct DepthPair {
 
 /// Where the two images show a point.
 struct Sighting {
-  int column;          ///< of the pair's triangulation
+  int point;           ///< its number in the pair's triangulation
   uint32_t track;      ///< 0: not followed
   cv::Point pixel;     ///< of the reference image
   PatchPlace current;  ///< of the patch around that pixel; where not `aligned`, what the keypoints say
@@ -55,16 +55,16 @@ class PairReader {
   /// With pixels some inliers of every part of the image, aligned where their patches are found; else all, by their
   /// keypoints.
   PairPoints points() const;
-  /// Of a column of the triangulation, metres; 0: not known.
-  double referenceDepth(int column) const;
-  double currentDepth(int column) const;
+  /// Of a point of the triangulation, metres; 0: not known.
+  double referenceDepth(int point) const;
+  double currentDepth(int point) const;
   /// What the current image shows at an aligned place.
   SeenPoint aligned(const PatchPlace& place, double depth) const;
   double pixel() const { return pixel_; }  ///< one, at depth 1
 
  private:
-  const Match& match(int column) const { return pair_.result.matches[pair_.points.match[column]]; }
-  uint32_t track(int column) const { return pair_.track_ids.empty() ? 0 : pair_.track_ids[pair_.points.match[column]]; }
+  const Match& match(int point) const { return pair_.result.matches[pair_.points.row[point]]; }
+  uint32_t track(int point) const { return pair_.track_ids.empty() ? 0 : pair_.track_ids[pair_.points.row[point]]; }
   std::vector<int> chosen() const;
   double noise(const cv::KeyPoint& keypoint) const;
   /// `sigma`: of x and y at depth 1. `row`: pixels.

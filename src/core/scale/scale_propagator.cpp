@@ -64,7 +64,7 @@ ScaleEstimate ScalePropagator::measure(const Triangulation& pair, const MatchRes
   ratios_.clear();
   const Eigen::Vector3d& t = result.robust.judgement.pose.t;
   for (int i = 0; i < pair.size(); ++i) {
-    const auto keypoint = static_cast<size_t>(result.matches[pair.match[i]].reference);
+    const auto keypoint = static_cast<size_t>(result.matches[pair.row[i]].reference);
     if (keypoint >= reference_.size() || reference_[keypoint].variance == 0) continue;
     // A negative depth is noise about infinity; leaving it out would favour the near.
     if (pair.depth_reference[i] == 0 || !std::isfinite(pair.depth_reference[i])) continue;
@@ -123,7 +123,7 @@ void ScalePropagator::carryOn(const Triangulation& pair, const MatchResult& resu
   const RelativePose& pose = result.robust.judgement.pose;
   for (int i = 0; i < pair.size(); ++i) {
     if (pair.depth_current[i] <= 0 || !std::isfinite(pair.depth_current[i])) continue;
-    const Match& match = result.matches[pair.match[i]];
+    const Match& match = result.matches[pair.row[i]];
     const double sine = sineToBaseline(pose.t, pose.R * Eigen::Vector3d(pair.x_current[i], pair.y_current[i], 1));
     const double sigma = kPixelNoise * pixel / (std::max(sine, 1e-3) * length);
     const double fresh_variance = sigma * sigma;
@@ -163,7 +163,7 @@ ScaleEstimate ScalePropagator::update(const Triangulation& pair, const MatchResu
 void ScalePropagator::carryThroughRotation(const Triangulation& pair, const MatchResult& result) {
   current_.assign(static_cast<size_t>(result.keypoints_current), InverseDepth());
   for (int i = 0; i < pair.size(); ++i) {
-    const Match& match = result.matches[pair.match[i]];
+    const Match& match = result.matches[pair.row[i]];
     const auto keypoint = static_cast<size_t>(match.reference);
     if (keypoint >= reference_.size() || reference_[keypoint].variance == 0) continue;
     const InverseDepth& old = reference_[keypoint];

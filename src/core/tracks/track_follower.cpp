@@ -73,8 +73,8 @@ void TrackFollower::predict(const std::vector<TrackedPoint>& matched) {
   for (Track& track : tracks_) {
     track.last = track.point.current;
     const auto found = by_id.find(track.point.id);
-    track.point.match = found != by_id.end() ? found->second->match : -1;
-    if (track.point.match >= 0) {
+    track.point.row = found != by_id.end() ? found->second->row : -1;
+    if (track.point.row >= 0) {
       track.prediction = found->second->current;
       track.reach = kKeypointReach;
     } else if (flows_.size() >= kFewFlows) {
@@ -110,7 +110,7 @@ void TrackFollower::predictByFlow(const cv::Mat& image) {
   std::vector<float> error;
   cv::calcOpticalFlowPyrLK(last_, image, from, to, found, error, kFlowWindow, kFlowLevels);
   for (size_t i = 0; i < tracks_.size(); ++i) {
-    if (tracks_[i].point.match >= 0) continue;
+    if (tracks_[i].point.row >= 0) continue;
     tracks_[i].alive = found[i] != 0;
     tracks_[i].prediction = to[i];
     tracks_[i].reach = kPyramidReach;
@@ -164,7 +164,7 @@ void TrackFollower::report(const std::vector<TrackedPoint>& matched) {
     if (!track.alive) continue;
     ++track.point.length;
     points_.push_back(track.point);
-    if (track.point.match < 0) rescued.push_back(track.point.current);
+    if (track.point.row < 0) rescued.push_back(track.point.current);
   }
   tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(), [](const Track& track) { return !track.alive; }),
                 tracks_.end());

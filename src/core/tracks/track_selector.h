@@ -15,7 +15,7 @@ struct TrackedPoint {
   uint32_t id = 0;      ///< unique within the image, not 0
   int length = 0;       ///< images that hold the id
   cv::Point2f current;  ///< pixels of the current image
-  int match = -1;       ///< row of the MatchResult; -1: found without a keypoint
+  int row = -1;         ///< of the MatchResult; -1: found without a keypoint
 };
 
 struct TrackSelectorOptions {

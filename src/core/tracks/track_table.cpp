@@ -14,12 +14,12 @@ void TrackTable::link(const MatchResult& result) {
   // The best inlier of each current keypoint.
   owner_.assign(current_.size(), -1);
   bool found = false;
-  for (size_t m = 0; m < result.matches.size(); ++m) {
-    if (!result.isInlier(m)) continue;
+  for (size_t row = 0; row < result.matches.size(); ++row) {
+    if (!result.isInlier(row)) continue;
     found = true;
-    int32_t& owner = owner_[static_cast<size_t>(result.matches[m].current)];
-    if (owner < 0 || result.matches[m].distance < result.matches[static_cast<size_t>(owner)].distance) {
-      owner = static_cast<int32_t>(m);
+    int32_t& owner = owner_[static_cast<size_t>(result.matches[row].current)];
+    if (owner < 0 || result.matches[row].distance < result.matches[static_cast<size_t>(owner)].distance) {
+      owner = static_cast<int32_t>(row);
     }
   }
   if (!found) return;
@@ -28,14 +28,14 @@ void TrackTable::link(const MatchResult& result) {
   if (wrapped_) noteLiving();
   for (size_t j = 0; j < current_.size(); ++j) {
     if (owner_[j] < 0) continue;
-    const auto m = static_cast<size_t>(owner_[j]);
-    Track& track = reference_[static_cast<size_t>(result.matches[m].reference)];
+    const auto row = static_cast<size_t>(owner_[j]);
+    Track& track = reference_[static_cast<size_t>(result.matches[row].reference)];
     if (track.id == 0 || track.link != previous_link) track = {newId(), 1, 0};
     const int seen = std::min<int>(track.length + 1, std::numeric_limits<uint16_t>::max());
     track = {track.id, static_cast<uint16_t>(seen), link_};
     current_[j] = track;
-    ids_[m] = track.id;
-    lengths_[m] = track.length;
+    ids_[row] = track.id;
+    lengths_[row] = track.length;
   }
 }
 

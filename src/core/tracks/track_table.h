@@ -27,7 +27,7 @@ class TrackTable {
   /// no image with inliers missed since.
   void numberFrom(const TrackTable& last);
 
-  /// One id per match of the last `link`; 0 for those that are no inliers.
+  /// One id per row of the last `link`; 0 for those that are no inliers.
   const std::vector<uint32_t>& ids() const { return ids_; }
   /// Number of images with the id, 2 or more.
   const std::vector<uint16_t>& lengths() const { return lengths_; }
@@ -42,7 +42,7 @@ class TrackTable {
   void noteLiving();
 
   std::vector<Track> reference_, current_;
-  std::vector<int32_t> owner_;  ///< match that holds each current keypoint, -1: none
+  std::vector<int32_t> owner_;  ///< row that holds each current keypoint, -1: none
   std::vector<uint32_t> ids_;
   std::vector<uint16_t> lengths_;
   uint32_t next_id_;

@@ -221,18 +221,18 @@ json recordOf(const MatchFilterOptions& options, const MatchResult& result,
 
 json correspondencesOf(const Answer& answer) {
   const MatchResult& result = answer.result;
-  json rows = json::array();
-  for (size_t i = 0; i < result.matches.size(); ++i) {
-    if (!result.isInlier(i)) continue;
-    const cv::Point2f& p = pointOf(answer.reference, result.matches[i].reference);
-    const cv::Point2f& q = pointOf(answer.current, result.matches[i].current);
-    json row = json::array();
-    for (const float value : {p.x, p.y, q.x, q.y, result.confidence[i], result.probability(i)}) {
-      row.push_back(shortest(value));
+  json inliers = json::array();
+  for (size_t row = 0; row < result.matches.size(); ++row) {
+    if (!result.isInlier(row)) continue;
+    const cv::Point2f& p = pointOf(answer.reference, result.matches[row].reference);
+    const cv::Point2f& q = pointOf(answer.current, result.matches[row].current);
+    json inlier = json::array();
+    for (const float value : {p.x, p.y, q.x, q.y, result.confidence[row], result.probability(row)}) {
+      inlier.push_back(shortest(value));
     }
-    rows.push_back(std::move(row));
+    inliers.push_back(std::move(inlier));
   }
-  return rows;
+  return inliers;
 }
 
 json optionsRecord(const MatchFilterOptions& options) {

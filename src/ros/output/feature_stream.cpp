@@ -74,11 +74,11 @@ const std::vector<TrackedPoint>& FeatureStream::matchedPoints(const ProcessedFra
   matched_.clear();
   const MatchResult& result = processed.pair->result;
   const std::vector<uint32_t>& ids = processed.pair->track_ids;
-  for (size_t i = 0; i < ids.size(); ++i) {
-    const uint32_t id = ids[i];
+  for (size_t row = 0; row < ids.size(); ++row) {
+    const uint32_t id = ids[row];
     if (id == 0) continue;
-    const cv::Point2f& pixel = processed.current->frame.features.keypoints[result.matches[i].current].pt;
-    matched_.push_back({id, processed.pair->track_lengths[i], pixel, static_cast<int>(i)});
+    const cv::Point2f& pixel = processed.current->frame.features.keypoints[result.matches[row].current].pt;
+    matched_.push_back({id, processed.pair->track_lengths[row], pixel, static_cast<int>(row)});
   }
   return matched_;
 }
@@ -90,7 +90,7 @@ Feature FeatureStream::describe(const ProcessedFrame& processed, const TrackedPo
   feature.ray = rayOf(processed.current->image.camera->camera, point.current);
   const auto before = sent_.find(point.id);
   if (before == sent_.end()) {
-    feature.velocity = velocityInPair(processed, point.match, feature.ray);
+    feature.velocity = velocityInPair(processed, point.row, feature.ray);
     return feature;
   }
   const double stamp = processed.current->stamp();
@@ -99,14 +99,14 @@ Feature FeatureStream::describe(const ProcessedFrame& processed, const TrackedPo
   return feature;
 }
 
-Eigen::Vector2d FeatureStream::velocityInPair(const ProcessedFrame& processed, int match,
+Eigen::Vector2d FeatureStream::velocityInPair(const ProcessedFrame& processed, int row,
                                               const Eigen::Vector2d& ray) const {
   const double reference_stamp = processed.pair->reference->stamp(),
                seconds = processed.current->stamp() - reference_stamp;
   // With a reference that is held longer it would be an average; VINS's own tracker gives 0 for new features, too.
   const bool held = !sent_.empty() && reference_stamp < last_stamp_;
-  if (match < 0 || held || seconds <= 0 || !processed.velocity_known) return Eigen::Vector2d::Zero();
-  const int keypoint = processed.pair->result.matches[match].reference;
+  if (row < 0 || held || seconds <= 0 || !processed.velocity_known) return Eigen::Vector2d::Zero();
+  const int keypoint = processed.pair->result.matches[row].reference;
   const cv::Point2f& before = processed.pair->reference->frame.features.keypoints[keypoint].pt;
   return (ray - rayOf(processed.current->image.camera->camera, before)) / seconds;
 }

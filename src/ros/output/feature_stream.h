@@ -54,7 +54,7 @@ class FeatureStream {
   /// The inliers that carry an id, with their pixels in the current image.
   const std::vector<TrackedPoint>& matchedPoints(const ProcessedFrame& processed);
   Feature describe(const ProcessedFrame& processed, const TrackedPoint& point) const;
-  Eigen::Vector2d velocityInPair(const ProcessedFrame& processed, int match, const Eigen::Vector2d& ray) const;
+  Eigen::Vector2d velocityInPair(const ProcessedFrame& processed, int row, const Eigen::Vector2d& ray) const;
 
   const InputKind input_;
   TrackFollower follower_;

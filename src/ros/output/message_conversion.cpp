@@ -59,24 +59,24 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
                  &current_features = current.frame.features;
   const SigmaByOctave reference_sigma(result.robust.judgement, reference_features.scale_factor),
       current_sigma(result.robust.judgement, current_features.scale_factor);
-  size_t row = 0;
-  result.forEachRaw([&](const Match& match, MatchStage stage, size_t i) {
+  size_t entry = 0;
+  result.forEachRaw([&](const Match& match, MatchStage stage, size_t row) {
     if (!with_rejected && stage != MatchStage::kInlier) return;
     const bool kept = stage != MatchStage::kRaw;
     const cv::KeyPoint& from = reference_features.keypoints[match.reference];
     const cv::KeyPoint& to = current_features.keypoints[match.current];
-    if (with_rejected) message.stage[row] = static_cast<uint8_t>(stage);
-    message.reference_points[2 * row] = from.pt.x;
-    message.reference_points[2 * row + 1] = from.pt.y;
-    message.current_points[2 * row] = to.pt.x;
-    message.current_points[2 * row + 1] = to.pt.y;
-    message.confidence[row] = kept ? result.confidence[i] : 0;
-    message.distance[row] = match.distance;
-    message.track_id[row] = kept ? processed.pair->track_ids[i] : 0;
-    message.track_length[row] = kept ? processed.pair->track_lengths[i] : 0;
-    message.probability[row] = kept ? result.probability(i) : 0;
-    message.reference_sigma[row] = reference_sigma[from.octave];
-    message.current_sigma[row++] = current_sigma[to.octave];
+    if (with_rejected) message.stage[entry] = static_cast<uint8_t>(stage);
+    message.reference_points[2 * entry] = from.pt.x;
+    message.reference_points[2 * entry + 1] = from.pt.y;
+    message.current_points[2 * entry] = to.pt.x;
+    message.current_points[2 * entry + 1] = to.pt.y;
+    message.confidence[entry] = kept ? result.confidence[row] : 0;
+    message.distance[entry] = match.distance;
+    message.track_id[entry] = kept ? processed.pair->track_ids[row] : 0;
+    message.track_length[entry] = kept ? processed.pair->track_lengths[row] : 0;
+    message.probability[entry] = kept ? result.probability(row) : 0;
+    message.reference_sigma[entry] = reference_sigma[from.octave];
+    message.current_sigma[entry++] = current_sigma[to.octave];
   });
   message.pose_valid = processed.poseValid();
   message.metric_scale = processed.metric_scale;
@@ -114,8 +114,8 @@ void toMessage(const ProcessedFrame& processed, Keypoints& message) {
   message.track_id.assign(n, 0);
   if (processed.pair != nullptr) {
     const std::vector<uint32_t>& ids = processed.pair->track_ids;
-    for (size_t i = 0; i < ids.size(); ++i) {
-      if (ids[i] != 0) message.track_id[processed.pair->result.matches[i].current] = ids[i];
+    for (size_t row = 0; row < ids.size(); ++row) {
+      if (ids[row] != 0) message.track_id[processed.pair->result.matches[row].current] = ids[row];
     }
   }
   message.depth = current.stereo.depth;

@@ -78,8 +78,8 @@ Quantity measure(const ProcessedFrame& processed, OverlayColour colour) {
     Quantity depth = {processed.metric_scale ? "depth, metres" : "depth, baselines", 0, 1, true, unknown};
     if (processed.status != MatchStats::OK || !processed.pair->triangulated) return depth;
     const Triangulation& points = processed.pair->points;
-    for (size_t i = 0; i < points.match.size(); ++i) {
-      if (points.valid[i]) depth.values[points.match[i]] = points.depth_current[i] * processed.pose.t.norm();
+    for (int i = 0; i < points.size(); ++i) {
+      if (points.valid[i]) depth.values[points.row[i]] = points.depth_current[i] * processed.pose.t.norm();
     }
     return depth;
   }
@@ -90,9 +90,9 @@ Quantity measure(const ProcessedFrame& processed, OverlayColour colour) {
 /// Stretches the scale over the values of the inliers but for the most extreme twentieth.
 void stretch(const MatchResult& result, Quantity& quantity) {
   std::vector<float> away;
-  for (size_t i = 0; i < quantity.values.size(); ++i) {
-    const float value = quantity.values[i];
-    if (result.isInlier(i) && std::isfinite(value)) away.push_back(std::abs(value - quantity.anchor));
+  for (size_t row = 0; row < quantity.values.size(); ++row) {
+    const float value = quantity.values[row];
+    if (result.isInlier(row) && std::isfinite(value)) away.push_back(std::abs(value - quantity.anchor));
   }
   if (away.empty()) return;
   const auto extreme = away.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(away.size() - 1));

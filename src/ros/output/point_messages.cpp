@@ -104,7 +104,7 @@ visualization_msgs::Marker nameOf(const visualization_msgs::Marker& frustum, con
 double knownDepth(const ProcessedFrame& processed, const Triangulation& points, int i) {
   const MatchResult& result = processed.pair->result;
   const std::vector<float>& measured = processed.current->stereo.depth;
-  const auto keypoint = static_cast<size_t>(result.matches[static_cast<size_t>(points.match[i])].current);
+  const auto keypoint = static_cast<size_t>(result.matches[static_cast<size_t>(points.row[i])].current);
   if (processed.metric_scale && keypoint < measured.size() && measured[keypoint] > 0) return measured[keypoint];
   const double noise =
       M_SQRT2 * result.robust.judgement.sigma_px / processed.current->image.camera->camera.meanFocalLength();
@@ -192,9 +192,10 @@ sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Tr
     if (depth == 0) continue;
     const Eigen::Vector3f p = (depth * Eigen::Vector3d(points.x_current[i], points.y_current[i], 1)).cast<float>();
     std::copy(p.data(), p.data() + 3, &xyz[0]);
-    *intensity = processed.pair->result.probability(static_cast<size_t>(points.match[i]));
-    *id = processed.pair->track_ids[points.match[i]];
-    const int keypoint = processed.pair->result.matches[static_cast<size_t>(points.match[i])].current;
+    const auto row = static_cast<size_t>(points.row[i]);
+    *intensity = processed.pair->result.probability(row);
+    *id = processed.pair->track_ids[row];
+    const int keypoint = processed.pair->result.matches[row].current;
     const cv::Scalar bgr = patchColour(image, processed.current->frame.features.keypoints[keypoint].pt);
     for (int channel = 0; channel < 3; ++channel) blue[channel] = cv::saturate_cast<uint8_t>(bgr[channel]);
     ++blue;
@@ -214,14 +215,14 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
   const MatchResult& result = processed.pair->result;
   const Camera& camera = processed.current->image.camera->camera;
   visualization_msgs::Marker flow = lines(processed.current->image.header, "flow", kFlowWidth);
-  for (size_t i = 0; i < result.matches.size(); ++i) {
-    if (!result.isInlier(i)) continue;
-    const Eigen::Vector2d from =
-        rayOf(camera, processed.pair->reference->frame.features.keypoints[result.matches[i].reference].pt);
-    const Eigen::Vector2d to = rayOf(camera, processed.current->frame.features.keypoints[result.matches[i].current].pt);
+  for (size_t row = 0; row < result.matches.size(); ++row) {
+    if (!result.isInlier(row)) continue;
+    const Match& match = result.matches[row];
+    const Eigen::Vector2d from = rayOf(camera, processed.pair->reference->frame.features.keypoints[match.reference].pt);
+    const Eigen::Vector2d to = rayOf(camera, processed.current->frame.features.keypoints[match.current].pt);
     flow.points.push_back(toMessage(from.homogeneous()));
     flow.points.push_back(toMessage(to.homogeneous()));
-    flow.colors.resize(flow.points.size(), color(result.probability(i)));
+    flow.colors.resize(flow.points.size(), color(result.probability(row)));
   }
   message.markers.push_back(flow);
   if (!processed.poseValid()) return message;

@@ -114,8 +114,8 @@ std::optional<StereoFeatureStream::RightPoint> StereoFeatureStream::locate(const
   std::vector<double> guesses;  // disparity in the last message, and that of the keypoint
   const auto before = right_.find(point.id);
   if (before != right_.end()) guesses.push_back(before->second.disparity);
-  if (point.match >= 0 && !current.stereo.right_ray.empty()) {
-    const double x = right.rectified(current.stereo.right_ray[result.matches[point.match].current]).x();
+  if (point.row >= 0 && !current.stereo.right_ray.empty()) {
+    const double x = right.rectified(current.stereo.right_ray[result.matches[point.row].current]).x();
     if (std::isfinite(x)) guesses.push_back(seen.x() - x);
   }
   Patch patch;

@@ -64,7 +64,7 @@ class DrivingScene {
  private:
   void add(const Eigen::Vector3d& current) {
     const Eigen::Vector3d reference = pose.R * current + kLength * pose.t;
-    points_.match.push_back(points_.size());
+    points_.row.push_back(points_.size());
     const auto off = [this] { return noise_ * kPixel * gaussian(random_); };
     points_.x_reference.push_back(reference.x() / reference.z() + off());
     points_.y_reference.push_back(reference.y() / reference.z() + off());

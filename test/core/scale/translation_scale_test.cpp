@@ -84,7 +84,7 @@ TEST(Triangulation, RecoversThePointsOfAnExactPair) {
 
 TEST(Triangulation, FlagsWhatCannotBeATrianglePoint) {
   Triangulation points;
-  points.match = {0, 1, 2};
+  points.row = {0, 1, 2};
   points.x_reference = {0.1, -0.1, 0.0};
   points.y_reference = {0, 0, 0};
   points.x_current = {0.0, 0.0, -1e-4};  // in front; behind both cameras (diverging rays); no parallax

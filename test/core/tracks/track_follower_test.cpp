@@ -91,7 +91,7 @@ TEST_F(TrackFollowerTest, WhatIsNotMatchedIsFollowedOnWithoutDrift) {
     points = see(wall_.draw(shift), some(shift, 2));
     EXPECT_GT(points.size(), some(shift, 2).size() + 10);
     for (const TrackedPoint& point : points) {
-      EXPECT_EQ(point.match, point.id % 2 == 0 ? static_cast<int>(point.id) : -1);
+      EXPECT_EQ(point.row, point.id % 2 == 0 ? static_cast<int>(point.id) : -1);
     }
   }
   EXPECT_GT(points.size(), 0.95 * static_cast<double>(grid().size()));
