@@ -100,13 +100,14 @@ void recordCost(const FramePair& pair, const MatchResult& result, TimeBudget& bu
 struct MatchFilter::Stages {
   explicit Stages(const MatchFilterOptions& given);
 
-  /// The whole algorithm on the features of two images; ends with the first stage that leaves too little.
+  /// The whole algorithm, on the features of two images. The first stage that leaves too little ends it.
   Status compare(const FramePair& pair, MatchResult& result);
   void match(const FramePair& pair, MatchResult& result);
+  /// Keeps what the motion statistics accept, or what the method has in their place.
   void filter(const FramePair& pair, MatchResult& result);
   void estimate(const FramePair& pair, MatchResult& result);
-  /// Checks the estimate against what else is seen and what was before: another motion may take its place, its
-  /// direction may be refused, or all of it.
+  /// Holds the estimate against what else is seen and what was before: another motion may take its place, its direction
+  /// may be refused, or all of it.
   void judge(const FramePair& pair, MatchResult& result);
 
   /// Where a rotation from another sensor moves the keypoints; null: not known.
