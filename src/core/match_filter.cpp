@@ -261,7 +261,7 @@ void MatchFilter::Stages::doubtRepetition(const FramePair& pair, MatchResult& re
   if (!period) return;
   robust.judgement.refuse(DirectionDoubt::kRepetition);
   // A rotation by a period explains the pattern as well.
-  const double angle = *period / camera.K()(0, 0);
+  const double angle = *period / camera.meanFocalLength();
   robust.judgement.pose.covariance.diagonal().tail<3>().array() += angle * angle;
 }
 
