@@ -13,6 +13,8 @@ namespace gms_ransac {
 
 namespace {
 
+static_assert(!EIGEN_FAST_MATH, "square roots of columns would differ between processors");
+
 constexpr float kSettled = 1e-3f;  ///< a step at which a fit ends, far below what it is known to
 constexpr int kMostIterations = 15;
 constexpr float kSquaredWindow = MatchNoise::kWindow * MatchNoise::kWindow;
