@@ -13,6 +13,9 @@ namespace {
 
 constexpr double kShareAtRest = 0.9;  ///< of the cells at rest
 constexpr int kFewestCells = 15;
+/// At rest most keypoints are found again (0.86 and more in daylight), so that fewer matches in place are something of
+/// the camera's own: in the dark the pattern of its pixels.
+constexpr double kShareFound = 0.6;
 
 struct CellAtRest {
   int matches = 0, resting = 0;
@@ -36,6 +39,7 @@ bool isCopy(const cv::KeyPoint& a, const cv::KeyPoint& b) {
 bool standsStill(const Features& reference, const Features& current, const MatchResult& result, const Past* past) {
   const PointPairs& pairs = result.pairs;
   const std::vector<Match>& matches = result.matches;
+  if (static_cast<double>(matches.size()) < kShareFound * std::min(reference.size(), current.size())) return false;
   const auto isTrack = [&](const Match& match) { return past != nullptr && past->isStatic(match.reference); };
   const bool by_tracks = std::count_if(matches.begin(), matches.end(), isTrack) >= kEnoughTracks;
   std::array<CellAtRest, kSpreadGridSide * kSpreadGridSide> grid;

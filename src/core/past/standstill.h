@@ -16,10 +16,10 @@ constexpr int kEnoughTracks = 30;
 /// where a camera moves, a tenth of that at rest).
 constexpr float kMostMoved = 0.5f;
 
-/// True if the matches that continue static tracks, by `past`, show a camera at rest; bodies may cross the view. All
-/// matches are used if there is no past, or if few of them continue static tracks. Evidence is counted by the cells
-/// of the spread grid. Keypoints that are equal bit for bit are no evidence: no sensor measures the same twice, so
-/// their pixels are a copy.
+/// True if most keypoints are matched and the matches that continue static tracks, by `past`, show a camera at rest;
+/// bodies may cross the view. All matches are used if there is no past, or if few of them continue static tracks.
+/// Evidence is counted by the cells of the spread grid. Keypoints that are equal bit for bit are no evidence: no sensor
+/// measures the same twice, so their pixels are a copy.
 bool standsStill(const Features& reference, const Features& current, const MatchResult& result, const Past* past);
 
 }  // namespace gms_ransac
