@@ -128,6 +128,7 @@ def run():
 
 
 if __name__ == "__main__":
+    sys.stdout.reconfigure(line_buffering=True)  # said at once also where the output is no terminal
     rospy.init_node("start_replay")
     try:
         sys.exit(run())
