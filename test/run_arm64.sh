@@ -44,7 +44,7 @@ if [ "$what" = core ]; then
   GMS_RANSAC_DATA="$build/data" $emulate "$build/digest_test" --outcomes
   exit
 fi
-for room in hamming feature; do
+for room in hamming patch feature; do
   ninja -C "$build" "${room}_kernels_check"
   status=0
   $emulate "$build/${room}_kernels_check" >"$build/$room.log" || status=$?

@@ -1,7 +1,6 @@
 #include "matching/patch.h"
 
-#include <cmath>
-#include <numeric>
+#include <algorithm>
 
 #include <Eigen/LU>
 
@@ -13,117 +12,101 @@ namespace {
 constexpr float kLeastContrast = 3;
 // Steps of a shift alone bring the guess near, then the shape may change.
 constexpr int kShiftSteps = 6, kAffineSteps = 8;
-constexpr float kNearStep = 0.5F, kLastStep = 0.03F;  // pixels
+constexpr float kNearStep = 0.5F, kLastStep = 0.1F;  // pixels; what follows is a tenth of it
 // Correlation of the patch with what was found; 0.7 to 0.85 make next to no difference (doc/inside/tracks.md).
 constexpr float kLikeness = 0.8F;
 
-}  // namespace
+/// Pixels of the right and lower border that are left out, so that rounding keeps a patch inside.
+constexpr float kRim = 0.01F;
 
-bool Patch::sample(const cv::Mat& image, const PatchPlace& place, Samples& samples) {
-  const Eigen::Vector2f half(kRadius * place.shape.row(0).cwiseAbs().sum(),
-                             kRadius * place.shape.row(1).cwiseAbs().sum());
+bool inside(const cv::Mat& image, const PatchPlace& place, int radius) {
+  const Eigen::Vector2f half = static_cast<float>(radius) * place.shape.cwiseAbs().rowwise().sum();
   const Eigen::Vector2f first = place.centre - half, last = place.centre + half;
-  const bool inside = first.x() >= 0 && first.y() >= 0 && last.x() < static_cast<float>(image.cols - 1) &&
-                      last.y() < static_cast<float>(image.rows - 1);
-  if (!inside) return false;
-  const size_t step = image.step;
-  float* out = samples.data();
-  for (int dy = -kRadius; dy <= kRadius; ++dy) {
-    Eigen::Vector2f at = place.centre + place.shape * Eigen::Vector2f(-kRadius, static_cast<float>(dy));
-    for (int dx = 0; dx < kSide; ++dx, at += place.shape.col(0)) {
-      const int x = static_cast<int>(at.x()), y = static_cast<int>(at.y());
-      const float u = at.x() - static_cast<float>(x), v = at.y() - static_cast<float>(y);
-      const uint8_t* p = image.data + static_cast<size_t>(y) * step + static_cast<size_t>(x);
-      const float above = static_cast<float>(p[0]) + u * static_cast<float>(p[1] - p[0]);
-      const float below = static_cast<float>(p[step]) + u * static_cast<float>(p[step + 1] - p[step]);
-      *out++ = above + v * (below - above);
-    }
-  }
-  return true;
+  return first.x() >= 0 && first.y() >= 0 && last.x() < static_cast<float>(image.cols - 1) - kRim &&
+         last.y() < static_cast<float>(image.rows - 1) - kRim;
 }
 
-float Patch::normalize(Samples& samples) {
-  Eigen::Map<Eigen::Array<float, kPixels, 1>> values(samples.data());
-  values -= values.mean();
-  const float length = std::sqrt(values.square().sum());
-  if (length < kLeastContrast * kSide) return 0;
-  values /= length;
-  return length;
+PatchMap mapOf(const PatchPlace& place) {
+  return {place.centre.x(),
+          place.centre.y(),
+          {{place.shape(0, 0), place.shape(0, 1)}, {place.shape(1, 0), place.shape(1, 1)}}};
+}
+
+float likeness(const PatchNumbers& a, const PatchNumbers& b) {
+  using Column = Eigen::Map<const Eigen::Array<float, kPatchSide * kPatchLanes, 1>>;
+  return (Column(a.at[0]) * Column(b.at[0])).sum();
+}
+
+}  // namespace
+
+bool Patch::sample(const cv::Mat& image, const PatchPlace& place, PatchNumbers& levels) const {
+  if (!inside(image, place, kPatchRadius)) return false;
+  kernels_->sample(image.data, static_cast<ptrdiff_t>(image.step), mapOf(place), levels);
+  return kernels_->normalize(levels) >= kLeastContrast * kPatchSide;
 }
 
 bool Patch::cut(const cv::Mat& image, const Eigen::Vector2f& centre) {
-  const auto at = [&](float dx, float dy, Samples& samples) {
-    PatchPlace place;
-    place.centre = centre + Eigen::Vector2f(dx, dy);
-    return sample(image, place, samples);
-  };
-  Samples right, left, below, above;
-  if (!at(1, 0, right) || !at(-1, 0, left) || !at(0, 1, below) || !at(0, -1, above) || !at(0, 0, intensity_))
-    return false;
-  const float length = normalize(intensity_);
-  if (length == 0) return false;
-  using Column = Eigen::Map<Eigen::Array<float, kPixels, 1>>;
-  Column(gradient_x_.data()) = (Column(right.data()) - Column(left.data())) / (2 * length);
-  Column(gradient_y_.data()) = (Column(below.data()) - Column(above.data())) / (2 * length);
+  const PatchPlace place = {centre, Eigen::Matrix2f::Identity()};
+  if (!inside(image, place, kPatchRadius + 1)) return false;
+  PatchWithRim levels;
+  kernels_->sampleWithRim(image.data, static_cast<ptrdiff_t>(image.step), mapOf(place), levels);
+  intensity_ = gradient_x_ = gradient_y_ = PatchNumbers();
+  for (int y = 0; y < kPatchSide; ++y) {
+    const float *above = levels.at[y], *row = levels.at[y + 1], *below = levels.at[y + 2];
+    for (int x = 0; x < kPatchSide; ++x) {
+      intensity_.at[y][x] = row[x + 1];
+      gradient_x_.at[y][x] = row[x + 2] - row[x];
+      gradient_y_.at[y][x] = below[x + 1] - above[x + 1];
+    }
+  }
+  const float length = kernels_->normalize(intensity_);
+  if (length < kLeastContrast * kPatchSide) return false;
+  for (PatchNumbers* gradient : {&gradient_x_, &gradient_y_}) {
+    Eigen::Map<Eigen::Array<float, kPatchSide * kPatchLanes, 1>>(gradient->at[0]) /= 2 * length;
+  }
   weighGradients();
-  return inverse_affine_.allFinite() && inverse_shift_.allFinite();
+  return affine_.info() == Eigen::Success;
 }
 
 void Patch::weighGradients() {
-  Matrix6f normal = Matrix6f::Zero();
-  Vector6f sum = Vector6f::Zero(), gain = Vector6f::Zero();
-  size_t i = 0;
-  for (int dy = -kRadius; dy <= kRadius; ++dy) {
-    for (int dx = -kRadius; dx <= kRadius; ++dx, ++i) {
-      const float gx = gradient_x_[i], gy = gradient_y_[i];
-      const auto x = static_cast<float>(dx), y = static_cast<float>(dy);
-      Vector6f row;
-      row << gx, gy, gx * x, gx * y, gy * x, gy * y;
-      normal += row * row.transpose();
-      sum += row;
-      gain += intensity_[i] * row;
-    }
-  }
+  PatchNumbers ones = {};
+  for (auto& row : ones.at) std::fill(row, row + kPatchSide, 1.F);
+  const PatchMoments xx = kernels_->moments(gradient_x_, gradient_x_), xy = kernels_->moments(gradient_x_, gradient_y_),
+                     yy = kernels_->moments(gradient_y_, gradient_y_);
+  Matrix6f normal;
+  normal << xx.one, xy.one, xx.x, xx.y, xy.x, xy.y,  //
+      xy.one, yy.one, xy.x, xy.y, yy.x, yy.y,        //
+      xx.x, xy.x, xx.xx, xx.xy, xy.xx, xy.xy,        //
+      xx.y, xy.y, xx.xy, xx.yy, xy.xy, xy.yy,        //
+      xy.x, yy.x, xy.xx, xy.xy, yy.xx, yy.xy,        //
+      xy.y, yy.y, xy.xy, xy.yy, yy.xy, yy.yy;
   // Normalizing removes mean and gain.
-  normal -= sum * sum.transpose() / kPixels + gain * gain.transpose();
-  inverse_shift_ = normal.topLeftCorner<2, 2>().inverse();
-  inverse_affine_ = normal.inverse();
+  const Vector6f sum = project(ones);
+  gain_ = project(intensity_);
+  normal -= sum * sum.transpose() / (kPatchSide * kPatchSide) + gain_ * gain_.transpose();
+  shift_.compute(normal.topLeftCorner<2, 2>());
+  affine_.compute(normal);
 }
 
-Patch::Vector6f Patch::project(const Samples& difference) const {
-  Vector6f sum = Vector6f::Zero();
-  size_t i = 0;
-  for (int dy = -kRadius; dy <= kRadius; ++dy) {
-    float x = 0, y = 0, x_dx = 0, y_dx = 0;
-    for (int dx = -kRadius; dx <= kRadius; ++dx, ++i) {
-      const float gx = gradient_x_[i] * difference[i], gy = gradient_y_[i] * difference[i];
-      x += gx;
-      y += gy;
-      x_dx += gx * static_cast<float>(dx);
-      y_dx += gy * static_cast<float>(dx);
-    }
-    const auto row = static_cast<float>(dy);
-    sum += (Vector6f() << x, y, x_dx, x * row, y_dx, y * row).finished();
-  }
-  return sum;
+Patch::Vector6f Patch::project(const PatchNumbers& numbers) const {
+  const PatchMoments x = kernels_->moments(gradient_x_, numbers), y = kernels_->moments(gradient_y_, numbers);
+  return (Vector6f() << x.one, y.one, x.x, x.y, y.x, y.y).finished();
 }
 
 std::optional<PatchPlace> Patch::find(const cv::Mat& image, const PatchPlace& guess, float reach) const {
-  using Column = Eigen::Map<Eigen::Array<float, kPixels, 1>>;
-  using ConstColumn = Eigen::Map<const Eigen::Array<float, kPixels, 1>>;
   PatchPlace place = guess;
-  Samples seen;
+  PatchNumbers seen;
+  float alike = 0;
   bool affine = false;
   for (int i = 0; i < kShiftSteps + kAffineSteps; ++i) {
-    if (!sample(image, place, seen) || normalize(seen) == 0) return std::nullopt;
-    Column(seen.data()) -= ConstColumn(intensity_.data());
-    const Vector6f sums = project(seen);
+    if (!sample(image, place, seen)) return std::nullopt;
+    alike = likeness(seen, intensity_);
+    const Vector6f sums = project(seen) - gain_;
     Vector6f step = Vector6f::Zero();
     if (affine) {
-      step = inverse_affine_ * sums;
+      step = affine_.solve(sums);
     } else {
-      step[0] = inverse_shift_.row(0).dot(sums.head<2>());
-      step[1] = inverse_shift_.row(1).dot(sums.head<2>());
+      step.head<2>() = shift_.solve(sums.head<2>());
     }
     // The patch moved by the step looks like what is seen here, so here is moved back by it.
     Eigen::Matrix2f change;
@@ -136,20 +119,18 @@ std::optional<PatchPlace> Patch::find(const cv::Mat& image, const PatchPlace& gu
     if (affine && length < kLastStep) break;
     affine = affine || length < kNearStep || i + 1 >= kShiftSteps;
   }
-  if (!sample(image, place, seen) || normalize(seen) == 0) return std::nullopt;
-  const float likeness = (ConstColumn(seen.data()) * ConstColumn(intensity_.data())).sum();
-  return likeness >= kLikeness ? std::optional(place) : std::nullopt;
+  return alike >= kLikeness ? std::optional(place) : std::nullopt;
 }
 
 std::optional<PatchPlace> Patch::find(const cv::Mat& image, const std::vector<PatchPlace>& guesses, float reach) const {
   const PatchPlace* best = nullptr;
   float most = 0;
-  Samples seen;
+  PatchNumbers seen;
   for (const PatchPlace& guess : guesses) {
-    if (!sample(image, guess, seen) || normalize(seen) == 0) continue;
-    const float likeness = std::inner_product(seen.begin(), seen.end(), intensity_.begin(), 0.F);
-    if (likeness <= most) continue;
-    most = likeness;
+    if (!sample(image, guess, seen)) continue;
+    const float alike = likeness(seen, intensity_);
+    if (alike <= most) continue;
+    most = alike;
     best = &guess;
   }
   return best == nullptr ? std::nullopt : find(image, *best, reach);

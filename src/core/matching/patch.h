@@ -1,12 +1,15 @@
 // A small image patch that is found again in later images to a fraction of a pixel, also rotated, sheared or brighter.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
+
+#include "gms_ransac/simd.h"
+#include "matching/patch_kernels.h"
 
 namespace gms_ransac {
 
@@ -20,6 +23,8 @@ struct PatchPlace {
 /// do not add up.
 class Patch {
  public:
+  explicit Patch(SimdLevel simd = detectSimdLevel()) : kernels_(&patchKernels(simd)) {}
+
   /// Takes the patch around a pixel of `image` (CV_8UC1); false if it leaves the image or shows too little.
   bool cut(const cv::Mat& image, const Eigen::Vector2f& centre);
   /// Finds the patch within `reach` pixels of `guess`; nothing if the result does not look like it.
@@ -28,22 +33,21 @@ class Patch {
   std::optional<PatchPlace> find(const cv::Mat& image, const std::vector<PatchPlace>& guesses, float reach) const;
 
  private:
-  static constexpr int kRadius = 5;  ///< pixels
-  static constexpr int kSide = 2 * kRadius + 1, kPixels = kSide * kSide;
-  using Samples = std::array<float, kPixels>;
   using Matrix6f = Eigen::Matrix<float, 6, 6>;
   using Vector6f = Eigen::Matrix<float, 6, 1>;
 
-  static bool sample(const cv::Mat& image, const PatchPlace& place, Samples& samples);
-  /// To mean 0 and length 1; returns the length before, 0 where they are all alike.
-  static float normalize(Samples& samples);
+  /// Normalized; false if the place leaves the image or shows too little.
+  bool sample(const cv::Mat& image, const PatchPlace& place, PatchNumbers& levels) const;
   void weighGradients();
-  Vector6f project(const Samples& difference) const;
+  /// Sums over the pixels of numbers times the derivatives by a shift and by the entries of a change of shape.
+  Vector6f project(const PatchNumbers& numbers) const;
 
-  Samples intensity_;                ///< normalized
-  Samples gradient_x_, gradient_y_;  ///< of it, 1/pixel
-  Eigen::Matrix2f inverse_shift_;    ///< of the normal equations of a shift alone,
-  Matrix6f inverse_affine_;          ///< and with a change of shape
+  const PatchKernels* kernels_;
+  PatchNumbers intensity_;                ///< normalized
+  PatchNumbers gradient_x_, gradient_y_;  ///< of it, 1/pixel
+  Vector6f gain_;                         ///< `intensity_`, projected
+  Eigen::LLT<Eigen::Matrix2f> shift_;     ///< normal equations of a shift alone,
+  Eigen::LLT<Matrix6f> affine_;           ///< and with a change of shape
 };
 
 }  // namespace gms_ransac

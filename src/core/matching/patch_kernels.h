@@ -1,0 +1,52 @@
+// The inner loops of the alignment of patches, one table of functions for each instruction set. All levels compute the
+// same bits.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "gms_ransac/simd.h"
+
+namespace gms_ransac {
+
+constexpr int kPatchRadius = 5;  ///< pixels
+constexpr int kPatchSide = 2 * kPatchRadius + 1, kPatchRimSide = kPatchSide + 2, kPatchLanes = 16;
+
+/// One number for each pixel of a patch, in its first kPatchSide columns; zero in the others.
+struct PatchNumbers {
+  float at[kPatchSide][kPatchLanes];
+};
+/// The same of a patch and the pixels around it.
+struct PatchWithRim {
+  float at[kPatchRimSide][kPatchLanes];
+};
+
+/// An offset d from the centre of a patch lies at (x, y) + shape d.
+struct PatchMap {
+  float x, y;
+  float shape[2][2];
+
+  bool upright() const { return shape[0][0] == 1 && shape[0][1] == 0 && shape[1][0] == 0 && shape[1][1] == 1; }
+};
+
+/// Sums over the pixels, each times 1, x, y and so on, the offset from the centre.
+struct PatchMoments {
+  float one, x, y, xx, xy, yy;
+};
+
+struct PatchKernels {
+  /// Grey levels, bilinear. All pixels must lie in the image, whose right and lower neighbours are read.
+  void (*sample)(const uint8_t* image, ptrdiff_t stride, const PatchMap& place, PatchNumbers& levels);
+  void (*sampleWithRim)(const uint8_t* image, ptrdiff_t stride, const PatchMap& place, PatchWithRim& levels);
+  /// To mean 0 and length 1; returns the length before. Leaves zeros where they are all alike.
+  float (*normalize)(PatchNumbers& levels);
+  /// Of the products of both.
+  PatchMoments (*moments)(const PatchNumbers& a, const PatchNumbers& b);
+};
+
+const PatchKernels& patchKernels(SimdLevel level);
+
+// Defined where the target has them; use patchKernels().
+extern const PatchKernels kPatchKernelsScalar, kPatchKernelsAvx2, kPatchKernelsAvx512;
+
+}  // namespace gms_ransac
