@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <numeric>
 
 #include <opencv2/imgproc.hpp>
 
@@ -16,11 +17,11 @@ constexpr int kApart = 2;
 constexpr double kStandsOut = 1.3;
 // The window of grey levels that is aligned, and how far, pixels. Its rows lie kRow apart, with room to shift it.
 constexpr int kWidth = 11, kHeight = 9, kReach = 2, kShifts = 2 * kReach + 1, kRow = kWidth + kShifts;
-// Share of a row below which the nearest row is searched alone.
-constexpr double kSameRow = 0.1;
 constexpr int kPixels = kWidth * kHeight, kLevels = kRow * kHeight;
 
-/// Grey levels of the rows of a window.
+constexpr uint16_t kWholeRow = 256;
+
+/// Grey levels, or what is computed of them, in the rows of a window.
 struct Levels {
   int16_t at[kLevels + kShifts] = {};
 
@@ -30,19 +31,38 @@ struct Levels {
     for (int v = 0; v < kHeight; ++v) std::memcpy(bytes + v * kRow, image.ptr(top + v) + left, kRow);
     for (int i = 0; i < kLevels; ++i) at[i] = bytes[i];
   }
-  /// Sets the columns that the window does not have to zero.
-  void cut() {
-    for (int v = 0; v < kHeight; ++v) std::fill(at + v * kRow + kWidth, at + (v + 1) * kRow, int16_t{0});
+  /// Of a window that lies lower by `below` of kWholeRow.
+  Levels(const cv::Mat& image, int left, int top, uint16_t below) {
+    uint8_t bytes[kLevels + kRow] = {};
+    for (int v = 0; v < kHeight + (below > 0); ++v) std::memcpy(bytes + v * kRow, image.ptr(top + v) + left, kRow);
+    const auto above = static_cast<uint16_t>(kWholeRow - below);
+    for (int i = 0; i < kLevels; ++i) {  // 16 bits hold the sum
+      const auto sum = static_cast<uint16_t>(bytes[i] * above + bytes[i + kRow] * below + kWholeRow / 2);
+      at[i] = static_cast<int16_t>(sum / kWholeRow);
+    }
+  }
+
+  /// Of the columns from `shift` on that the window has; zero in the others.
+  Levels inWindow(int shift = 0) const {
+    Levels levels;
+    for (int v = 0; v < kHeight; ++v) std::copy_n(at + v * kRow + shift, kWidth, levels.at + v * kRow);
+    return levels;
   }
 };
 
-/// 1 in the columns of the window.
-Levels ones() {
-  Levels levels;
-  std::fill(levels.at, levels.at + kLevels, int16_t{1});
-  levels.cut();
-  return levels;
-}
+/// Sums of the window's columns from each shift on.
+struct WindowSums {
+  int at[kShifts] = {};
+
+  explicit WindowSums(const Levels& levels) {
+    int16_t columns[kRow] = {};
+    for (int v = 0; v < kHeight; ++v) {
+      for (int x = 0; x < kRow; ++x) columns[x] = static_cast<int16_t>(columns[x] + levels.at[v * kRow + x]);
+    }
+    at[0] = std::accumulate(columns, columns + kWidth, 0);
+    for (int k = 1; k < kShifts; ++k) at[k] = at[k - 1] + columns[k - 1 + kWidth] - columns[k - 1];
+  }
+};
 
 int sumOfProducts(const int16_t* a, const int16_t* b) {
   int sum = 0;
@@ -115,14 +135,7 @@ std::optional<double> RowSearch::disparity(const cv::Point2f& point, double belo
   const cv::Point at(static_cast<int>(std::lround(point.x)), static_cast<int>(std::lround(point.y)));
   const Place place = searchRow(at.x / 2, at.y / 2, static_cast<int>(std::lround(below / 2)));
   if (place.position < 0) return std::nullopt;
-  const double whole = std::floor(below), share = below - whole;
-  const cv::Point upper(at.x - 2 * (at.x / 2 - place.position), at.y + static_cast<int>(whole));
-  const cv::Point lower = upper + cv::Point(0, 1);
-  if (share <= kSameRow) return align(at, upper);
-  if (share >= 1 - kSameRow) return align(at, lower);
-  const std::optional<double> above = align(at, upper), under = align(at, lower);
-  if (!above || !under) return std::nullopt;
-  return (1 - share) * *above + share * *under;
+  return align(at, {at.x - 2 * (at.x / 2 - place.position), at.y}, below);
 }
 
 std::optional<int> RowSearch::rowsBelow(const cv::Point2f& point, int reach) {
@@ -138,28 +151,32 @@ std::optional<int> RowSearch::rowsBelow(const cv::Point2f& point, int reach) {
 
 /// Lucas and Kanade's step along the row: with linear interpolation its sum is known between whole pixels, and its root
 /// needs no iteration.
-std::optional<double> RowSearch::align(const cv::Point& point, const cv::Point& right_point) const {
+std::optional<double> RowSearch::align(const cv::Point& point, const cv::Point& right_point, double below) const {
+  const auto whole = static_cast<int>(std::floor(below));
+  const auto share = static_cast<uint16_t>((below - whole) * kWholeRow);
   const int left = point.x - kWidth / 2, top = point.y - kHeight / 2;
-  const int right = right_point.x - kWidth / 2 - kReach, right_top = right_point.y - kHeight / 2;
+  const int right = right_point.x - kWidth / 2 - kReach, right_top = right_point.y - kHeight / 2 + whole;
   if (std::min(left - 1, right) < 0 || std::max(left + 1, right) + kRow > left_.cols || std::min(top, right_top) < 0 ||
-      std::max(top, right_top) + kHeight > left_.rows)
+      std::max(top, right_top + (share > 0)) + kHeight > left_.rows)
     return std::nullopt;
-  const Levels before(left_, left - 1, top), there(right_, right, right_top);
-  static const Levels window = ones();
-  Levels own(left_, left, top), middle(right_, right + kReach, right_top), gradient(left_, left + 1, top);
-  for (int i = 0; i < kLevels; ++i) gradient.at[i] = static_cast<int16_t>(gradient.at[i] - before.at[i]);
-  for (Levels* levels : {&own, &middle, &gradient}) levels->cut();
-  const double own_sum = sumOfProducts(window.at, own.at), middle_sum = sumOfProducts(window.at, middle.at);
-  const double mean = static_cast<double>(sumOfProducts(gradient.at, window.at)) / kPixels;
+  const Levels before(left_, left - 1, top), after(left_, left + 1, top), own(left_, left, top),
+      there(right_, right, right_top, share);
+  Levels gradient;
+  for (int i = 0; i < kLevels; ++i) gradient.at[i] = static_cast<int16_t>(after.at[i] - before.at[i]);
+  gradient = gradient.inWindow();
+  const Levels own_window = own.inWindow(), middle = there.inWindow(kReach);
+  const WindowSums there_sums(there);
+  const double own_sum = WindowSums(own).at[0], middle_sum = there_sums.at[kReach];
+  const double mean = static_cast<double>(WindowSums(gradient).at[0]) / kPixels;
   const double square = sumOfProducts(gradient.at, gradient.at) - mean * mean * kPixels;
   if (square < kLeastGradient * kPixels) return std::nullopt;
   const double gain = std::sqrt((sumOfProducts(middle.at, middle.at) - middle_sum * middle_sum / kPixels) /
-                                (sumOfProducts(own.at, own.at) - own_sum * own_sum / kPixels));
+                                (sumOfProducts(own_window.at, own_window.at) - own_sum * own_sum / kPixels));
   if (!(gain > kLeastGain && gain < kMostGain)) return std::nullopt;
   const double zero = sumOfProducts(gradient.at, own.at) - mean * own_sum;
   double sums[kShifts];  // of gradient times difference, zero where the windows agree
   for (int k = 0; k < kShifts; ++k) {
-    const double sum = sumOfProducts(gradient.at, there.at + k) - mean * sumOfProducts(window.at, there.at + k);
+    const double sum = sumOfProducts(gradient.at, there.at + k) - mean * there_sums.at[k];
     sums[k] = sum / gain - zero;
   }
   std::optional<double> nearest;  // shift

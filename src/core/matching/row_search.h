@@ -39,7 +39,7 @@ class RowSearch {
   /// Where on the row of the right halved image the window at (x, y) of the left one is.
   Place searchRow(int x, int y, int rows_below);
   static Place standsOut(const int16_t* differences, int count);
-  std::optional<double> align(const cv::Point& point, const cv::Point& right_point) const;
+  std::optional<double> align(const cv::Point& point, const cv::Point& right_point, double below) const;
 
   const SimdLevel simd_;
   const FeatureKernels& kernels_;
