@@ -54,21 +54,31 @@ std::optional<double> Repetition::period(const Features& reference, const Featur
   for (size_t i = 0; i < count; ++i) {
     std::memcpy(&descriptors_[i * kHammingBytes], current.descriptors.row(static_cast<int>(i)), kHammingBytes);
   }
+  x_.resize(count);
+  y_.resize(count);
+  near_.resize(count);
+  for (size_t i = 0; i < count; ++i) {
+    x_[i] = current.keypoints[i].pt.x;
+    y_[i] = current.keypoints[i].pt.y;
+  }
   index_.resize(count + kRowsReadPast);
   std::iota(index_.begin(), index_.end(), 0);
   const size_t samples = std::min(kSamples, inliers_.size());
   samples_.resize(samples);
-  for (size_t k = 0; k < samples; ++k) {
+  const double enough = kRepeats * static_cast<double>(samples);
+  for (size_t k = 0, without = 0; k < samples; ++k) {
     const Match& match = matches[inliers_[k * inliers_.size() / samples]];
     findElsewhere(reference.descriptors.row(match.reference), current.keypoints[static_cast<size_t>(match.current)],
                   current, alike, samples_[k]);
+    without += samples_[k].elsewhere.empty();
+    if (static_cast<double>(samples - without) < enough) return std::nullopt;
   }
   const float spacing = std::sqrt(static_cast<float>(current.image_size.area()) / static_cast<float>(samples));
   periods_.clear();
   for (const Sample& sample : samples_) {
     if (const auto step = sharedStep(sample, kRadius * spacing)) periods_.push_back(*step);
   }
-  if (static_cast<double>(periods_.size()) < kRepeats * static_cast<double>(samples)) return std::nullopt;
+  if (static_cast<double>(periods_.size()) < enough) return std::nullopt;
   return nthSmallest(periods_, periods_.size() / 2);
 }
 
@@ -76,17 +86,19 @@ void Repetition::findElsewhere(const uint8_t* query, const cv::KeyPoint& place, 
                                Sample& sample) {
   sample.point = place.pt;
   sample.elsewhere.clear();
-  const auto keypoint = [&](int i) -> const cv::KeyPoint& { return current.keypoints[static_cast<size_t>(i)]; };
+  const auto nextNear = [&](int begin, int end) {
+    const void* found = std::memchr(&near_[static_cast<size_t>(begin)], 1, static_cast<size_t>(end - begin));
+    return found == nullptr ? end : static_cast<int>(static_cast<const uint8_t*>(found) - near_.data());
+  };
   runs_.assign(1, {0, current.size()});
   // Corners of one patch are one place: its own first, then each that was found.
   for (cv::Point2f taken = place.pt; sample.elsewhere.size() < kPlaces;) {
+    markNear(taken, place.size * place.size);
     const size_t before = runs_.size();
     for (size_t r = 0; r < before; ++r) {
       const RowRun run = runs_[r];
       int first = run.first;
-      for (int i = run.first; i < run.last; ++i) {
-        const cv::Point2f apart = keypoint(i).pt - taken;
-        if (apart.dot(apart) >= place.size * place.size) continue;
+      for (int i = first; (i = nextNear(i, run.last)) < run.last; ++i) {
         if (first < i) runs_.push_back({first, i});
         first = i + 1;
       }
@@ -97,8 +109,19 @@ void Repetition::findElsewhere(const uint8_t* query, const cv::KeyPoint& place, 
     const NearestTwo nearest =
         kernel_.searchRuns(query, descriptors_.data(), index_.data(), runs_.data(), static_cast<int>(runs_.size()));
     if (nearest.index < 0 || nearest.distance > most) return;
-    taken = keypoint(nearest.index).pt;
+    taken = current.keypoints[static_cast<size_t>(nearest.index)].pt;
     sample.elsewhere.push_back(taken - place.pt);
+  }
+}
+
+void Repetition::markNear(const cv::Point2f& point, float most) {
+  // Copies, because a byte that is written may be part of anything.
+  const float *x = x_.data(), *y = y_.data(), at_x = point.x, at_y = point.y;
+  uint8_t* near = near_.data();
+  const size_t count = near_.size();
+  for (size_t i = 0; i < count; ++i) {
+    const float across = x[i] - at_x, along = y[i] - at_y;
+    near[i] = static_cast<uint8_t>(across * across + along * along < most);
   }
 }
 

@@ -29,6 +29,8 @@ class Repetition {
   };
   void findElsewhere(const uint8_t* query, const cv::KeyPoint& place, const Features& current, int most,
                      Sample& sample);
+  /// Sets `near_`. `most`: square of the distance, pixels.
+  void markNear(const cv::Point2f& point, float most);
   /// The length of a step that the sample shares with neighbours within `radius`, pixels, if it shares one.
   std::optional<float> sharedStep(const Sample& sample, float radius) const;
 
@@ -37,6 +39,8 @@ class Repetition {
   std::vector<float> distances_;
   std::vector<uint8_t> descriptors_;
   std::vector<int32_t> index_;
+  std::vector<float> x_, y_;   ///< of the current keypoints
+  std::vector<uint8_t> near_;  ///< 1: on the patch that was found last
   std::vector<RowRun> runs_;
   std::vector<Sample> samples_;
   std::vector<float> periods_;
