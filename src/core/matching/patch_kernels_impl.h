@@ -34,11 +34,12 @@ inline F32 all(float a) { return a - F32{}; }
 /// Offsets of the columns from the centre, and 1 in each; past the last one its offset, and 0.
 template <int kSide>
 struct Columns {
+  static constexpr int kHalf = kSide / 2;
   float offset[kPatchLanes] = {}, inside[kPatchLanes] = {};
 
   constexpr Columns() {
     for (int i = 0; i < kPatchLanes; ++i) {
-      offset[i] = static_cast<float>(std::min(i, kSide - 1) - kSide / 2);
+      offset[i] = static_cast<float>(std::min(i, kSide - 1) - kHalf);
       inside[i] = i < kSide ? 1 : 0;
     }
   }
@@ -60,7 +61,7 @@ void sampleUpright(const uint8_t* image, ptrdiff_t stride, const PatchMap& place
   const auto left = static_cast<int>(place.x), top = static_cast<int>(place.y);
   const F32 u = all(place.x - static_cast<float>(left)), v = all(place.y - static_cast<float>(top));
   uint8_t pixels[kSide + 1][2 * kPatchLanes] = {};
-  const uint8_t* first = image + (top - kSide / 2) * stride + left - kSide / 2;
+  const uint8_t* first = image + (top - columns.kHalf) * stride + left - columns.kHalf;
   for (int row = 0; row <= kSide; ++row) std::memcpy(pixels[row], first + row * stride, kSide + 1);
   F32 above[kVectors];
   for (int row = 0; row <= kSide; ++row) {
@@ -79,7 +80,7 @@ void sampleWarped(const uint8_t* image, ptrdiff_t stride, const PatchMap& place,
   int32_t offsets[kSide][kPatchLanes];
   float u[kSide][kPatchLanes], v[kSide][kPatchLanes];
   for (int row = 0; row < kSide; ++row) {
-    const auto dy = static_cast<float>(row - kSide / 2);
+    const auto dy = static_cast<float>(row - columns.kHalf);
     const F32 x0 = all(place.x + place.shape[0][1] * dy), y0 = all(place.y + place.shape[1][1] * dy);
     for (int k = 0; k < kVectors; ++k) {
       const F32 dx = loadFloats(columns.offset, k);
