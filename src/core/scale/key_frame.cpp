@@ -14,9 +14,9 @@ namespace {
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-// The key frame is the reference of this pair as soon as fewer of its points are seen: as a share, and a number.
-// Without aligned points a third was better: keypoints get worse with each image between.
-constexpr double kStillSeen = 0.15;
+// The key frame is the reference of this pair as soon as fewer of its points are seen: as a share, and a number. Where
+// a rolling shutter may bend the images, they differ the more the longer it is kept.
+constexpr double kStillSeen = 0.15, kStillSeenRolling = 0.33;
 constexpr double kLeastStillSeen = 30;
 
 /// The motion by two measurements of it whose errors may be correlated in any way (covariance intersection with equal
@@ -41,7 +41,8 @@ void KeyFrame::locate(const DepthPair& pair, const PairReader& reader, const Pai
   std::vector<JointPoint> still_seen = stillSeen(pair, reader, of_pair, chain);
   const auto count = static_cast<double>(still_seen.size());
   RelativePose direct;
-  if (count < std::max(kLeastStillSeen, kStillSeen * static_cast<double>(points.size())) ||
+  const double share = pair.mayRoll() ? kStillSeenRolling : kStillSeen;
+  if (count < std::max(kLeastStillSeen, share * static_cast<double>(points.size())) ||
       !refineJointly(still_seen, {chain, pair.baseline > 0}, sensor_sigma, true, direct))
     return begin(pair, of_pair, pose);
   current = fused(chain, direct);

@@ -29,6 +29,8 @@ struct DepthPair {
   const std::vector<uint32_t>& track_ids;                          ///< one for each row of the result, 0: not followed
   cv::Mat reference_image = cv::Mat(), current_image = cv::Mat();  ///< CV_8UC1; empty: there are keypoints alone
 
+  /// True for a depth camera until the stream has shown that its shutter is global: what it shows bends with the rows.
+  bool mayRoll() const { return baseline == 0 && result.shutter.kind != Shutter::kGlobal; }
   bool hasPixels() const { return !reference_image.empty() && !current_image.empty(); }
 };
 

@@ -46,7 +46,7 @@ class KeyFrameTest : public testing::Test {
     return view;
   }
 
-  /// A drive: its last image in the first one by the key frame, and by the pairs alone. A quarter of the tracks end
+  /// A drive: its last image in the first one by the key frame, and by the pairs alone. Of `lasting_` tracks one ends
   /// after `life` images, the others with each. `all_last`: no track ends before.
   void drive(int life, bool all_last = false) {
     std::uniform_real_distribution<double> across(-1, 1), along(5, 20);
@@ -66,11 +66,12 @@ class KeyFrameTest : public testing::Test {
       result.robust.judgement.sigma_px = kRigNoise;
       result.robust.judgement.pose = step();
       result.robust.judgement.pose.t.normalize();
+      result.shutter.kind = shutter_;
       std::vector<uint32_t> tracks;
       for (int i = 0; i < kPoints; ++i) {
         result.matches.push_back({i, i, 10, 50});
         // Every other pair of images finds the rest of the points: their noise does not cancel out in the next pair.
-        const bool lasts = all_last || i % 4 == 0, found = lasts || (i + image) % 2 == 0;
+        const bool lasts = all_last || i % lasting_ == 0, found = lasts || (i + image) % 2 == 0;
         result.inlier.push_back(found);
         result.inliers += found;
         tracks.push_back(static_cast<uint32_t>(1 + kPoints * (lasts ? (image - 1) / life : image) + i));
@@ -79,11 +80,11 @@ class KeyFrameTest : public testing::Test {
       triangulateInliers(reference.features, current.features, result, camera_, columns);
       RelativePose pair;
       ASSERT_GT(poseFromKeypointDepth({columns, reference.features, current.features, result, camera_, reference.depth,
-                                       current.depth, kRigBaseline, tracks},
+                                       current.depth, baseline_, tracks},
                                       pair, &key_)
                     .features,
                 0);
-      EXPECT_EQ(key_.is_reference, (image - 1) % life == 0) << image;
+      EXPECT_EQ(key_.is_reference, ends_with_each_ || (image - 1) % life == 0) << image;
       chain_ = chained(chain_, pair);
       key_.advance();
       reference = current;
@@ -96,6 +97,10 @@ class KeyFrameTest : public testing::Test {
     return e;
   }
 
+  double baseline_ = kRigBaseline;
+  Shutter::Kind shutter_ = Shutter::kUnknown;
+  int lasting_ = 4;
+  bool ends_with_each_ = false;  ///< expected of the key frame
   Camera camera_;
   std::mt19937 random_{1};
   std::vector<Eigen::Vector3d> points_;
@@ -139,6 +144,19 @@ TEST_F(KeyFrameTest, IsTheReferenceWhereItIsSeenNoMore) {
   EXPECT_LT((key_.current.t - half.t).norm(), 0.05);
   drive(1);
   EXPECT_LT((key_.current.t - step().t).norm(), 0.05);
+}
+
+TEST_F(KeyFrameTest, WhereTheShutterMayRollItEndsEarlier) {
+  lasting_ = 8;  // a fifth of its points are still seen
+  drive(kLastImage);
+  baseline_ = 0;
+  shutter_ = Shutter::kGlobal;
+  drive(kLastImage);
+  ends_with_each_ = true;
+  shutter_ = Shutter::kUnknown;
+  drive(kLastImage);
+  shutter_ = Shutter::kRolling;
+  drive(kLastImage);
 }
 
 }  // namespace
