@@ -210,7 +210,7 @@ int evaluateOdometry(const Arguments& arguments) {
                      return [=, &set, &dataset](size_t image) {
                        const DatasetFrame& frame = dataset.frames()[image];
                        const int index = static_cast<int>(image);
-                       OdometryImages images = {frame.stamp, dataset.image(index), {}, {}};
+                       OdometryImages images = {frame.stamp, dataset.image(index), {}, {}, frame.depth_stamp};
                        if (chosen == kStereo) images.right = dataset.right(index);
                        if (chosen == "depth") images.depth = dataset.depth(index);
                        return Records{recordOf(number, set, frame, chosen, odometry->add(images))};

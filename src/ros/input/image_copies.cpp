@@ -12,6 +12,8 @@ namespace {
 /// do.
 constexpr double kLeastRows = 0.1;
 
+const char* const kWhole = "it is a copy of the image before it, bit for bit";
+
 /// True if the pixels of a row repeat with this period, bytes.
 bool isPlain(const uint8_t* row, size_t bytes, size_t period) {
   return bytes <= period || std::memcmp(row, row + period, bytes - period) == 0;
@@ -23,6 +25,8 @@ std::string copiedPart(const sensor_msgs::Image& before, const sensor_msgs::Imag
   const size_t row = image.step;
   const bool same_kind = before.width == image.width && before.height == image.height && before.step == image.step &&
                          before.encoding == image.encoding && before.data.size() == image.data.size();
+  // An image that is still compressed says no size.
+  if (same_kind && image.width == 0 && !image.data.empty() && before.data == image.data) return kWhole;
   if (!same_kind || image.width == 0 || image.data.size() < row * image.height) return std::string();
   const size_t period = 2 * (row / image.width);  // two pixels: of a Bayer pattern, or with shared colours
   size_t rows = 0, copied = 0;
@@ -34,7 +38,7 @@ std::string copiedPart(const sensor_msgs::Image& before, const sensor_msgs::Imag
   }
   const bool dark = static_cast<double>(rows) < kLeastRows * image.height;
   if (dark || 2 * copied < rows) return std::string();
-  if (copied == rows) return "it is a copy of the image before it, bit for bit";
+  if (copied == rows) return kWhole;
   return cv::format("%zu of its %zu rows are a copy of the image before it, bit for bit", copied, rows);
 }
 

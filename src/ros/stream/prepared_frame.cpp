@@ -24,12 +24,10 @@ void addDoubt(const std::string& more, PreparedFrame& frame) {
   frame.doubt += more;
 }
 
-/// Why an image that repeats the one before it is not used; empty: it does not. `before` null: there is none.
-std::string copyProblem(const sensor_msgs::ImageConstPtr& before, const KeypointsConstPtr& keypoints_before,
-                        const ImageWithInfo& input) {
-  std::string part;
-  if (input.keypoints && keypoints_before) part = copiedPart(*keypoints_before, *input.keypoints);
-  if (!input.keypoints && before) part = copiedPart(*before, *input.image);
+/// Why an image or its keypoints that repeat those before them are not used; empty: they do not. Null: there are none.
+template <typename Message>
+std::string copyProblem(const boost::shared_ptr<const Message>& before, const boost::shared_ptr<const Message>& now) {
+  std::string part = before && now ? copiedPart(*before, *now) : std::string();
   if (part.empty()) return part;
   return part +
          ", which measures nothing: its driver sends images twice, or the camera is frozen; a simulated "
@@ -65,9 +63,9 @@ std::string FramePreparation::check(Received& received, bool resets, double max_
     received.reference->input.image = image.input.reference;
     received.reference->input.mask = image.input.mask;
     problem = convert(*received.reference, received);
-    if (problem.empty()) problem = copyProblem(received.reference->input.image, nullptr, image.input);
+    if (problem.empty()) problem = copyProblem(received.reference->input.image, image.input.image);
   } else if (problem.empty()) {
-    problem = checkOrder(image, resets, max_frame_gap);
+    problem = checkOrder(received, resets, max_frame_gap);
   }
   if (!problem.empty()) return problem;
   const cv::Size size = image.input.keypoints ? received.features.image_size : image.grey.size();
@@ -87,7 +85,8 @@ std::string FramePreparation::convert(ReceivedImage& image, Received& received) 
   return problem;
 }
 
-std::string FramePreparation::checkOrder(ReceivedImage& image, bool resets, double max_frame_gap) {
+std::string FramePreparation::checkOrder(Received& received, bool resets, double max_frame_gap) {
+  ReceivedImage& image = received.image;
   const double late = stamps_.previousStamp() - image.stamp();
   image.stamp_verdict = stamps_.judge(image.stamp(), image.input.received.toSec(), max_frame_gap);
   if (image.stamp_verdict == StampVerdict::kOutOfOrder) {
@@ -97,11 +96,26 @@ std::string FramePreparation::checkOrder(ReceivedImage& image, bool resets, doub
   }
   // A loop may begin as it ended.
   const bool begins = resets || image.stamp_verdict > StampVerdict::kSteppedBack;
-  std::string problem = begins ? std::string() : copyProblem(image_before_, keypoints_before_, image.input);
+  const ImageWithInfo& input = image.input;
+  std::string problem;
+  if (!begins && input.keypoints) problem = copyProblem(keypoints_before_, input.keypoints);
+  if (!begins && !input.keypoints) problem = copyProblem(image_before_, input.image);
   if (!problem.empty()) image.copied_seconds = std::max(0.0, -late);
-  image_before_ = image.input.image;
-  keypoints_before_ = image.input.keypoints;
+  image_before_ = input.image;
+  keypoints_before_ = input.keypoints;
+  received.depth_problem = checkBeside(input, begins);
   return problem;
+}
+
+std::string FramePreparation::checkBeside(const ImageWithInfo& input, bool begins) {
+  const bool stereo = parameters_.input == InputKind::kStereo;
+  const sensor_msgs::ImageConstPtr& beside = stereo ? input.right : input.depth;
+  if (!beside) return std::string();
+  const sensor_msgs::ImageConstPtr before = std::exchange(beside_before_, beside);
+  // Of one stamp it is one message, which may be within the tolerance of two images.
+  if (begins || !before || before->header.stamp == beside->header.stamp) return std::string();
+  const std::string problem = copyProblem(before, beside);
+  return problem.empty() ? problem : (stereo ? "the right image: " : "the depth image: ") + problem;
 }
 
 Prepared FramePreparation::prepare(Received received, bool right_keypoints) {
@@ -134,7 +148,9 @@ void FramePreparation::findFeatures(Received& received, bool right_keypoints, Pr
     extract(filter, *frame.pair_reference);
   }
   extract(filter, frame);
-  findDepth(right_keypoints, frame);
+  frame.depth_problem = std::move(received.depth_problem);
+  addDoubt(frame.depth_problem, frame);
+  if (frame.depth_problem.empty()) findDepth(right_keypoints, frame);
   addDoubt(doubtOfDepth(frame), frame);
 }
 

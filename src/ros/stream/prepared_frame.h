@@ -62,6 +62,7 @@ struct Received {
   std::optional<ReceivedImage> reference;  ///< with ~input pair: what the image is compared with
   Features features;                       ///< with ~input keypoints
   std::vector<float> depth;            ///< of these; metres, 0 where it is not known; empty: none is wanted or known
+  std::string depth_problem;           ///< why depth or right image are not used; empty: nothing is known against them
   std::string problem;                 ///< why the image is not used; empty: it is
   std::shared_ptr<Pipeline> pipeline;  ///< with the options in force when the image came
 };
@@ -126,7 +127,9 @@ class FramePreparation {
   /// Grey image, or with ~input keypoints features, and their depth with ~scale depth.
   std::string convert(ReceivedImage& image, Received& received) const;
   /// Refuses late images and copies of the image before.
-  std::string checkOrder(ReceivedImage& image, bool resets, double max_frame_gap);
+  std::string checkOrder(Received& received, bool resets, double max_frame_gap);
+  /// The same of copies for the depth image or, with ~input stereo, the right one. `begins`: it may repeat any.
+  std::string checkBeside(const ImageWithInfo& input, bool begins);
 
   /// Fills a frame that has its image.
   void findFeatures(Received& received, bool right_keypoints, PreparedFrame& frame);
@@ -143,6 +146,7 @@ class FramePreparation {
   // The image before, in order, and its keypoints; null: none.
   sensor_msgs::ImageConstPtr image_before_;
   KeypointsConstPtr keypoints_before_;
+  sensor_msgs::ImageConstPtr beside_before_;  ///< the last depth image, or right one with ~input stereo
   std::shared_ptr<const CameraModel> camera_before_;
 
   std::mutex features_mutex_;  ///< guards what follows

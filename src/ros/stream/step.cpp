@@ -304,8 +304,9 @@ ProcessedFrame step(Pipeline& pipeline, Stream& stream, Recovery& recovery, Pair
   integrate(pipeline.parameters, stream.place, image.answer);
   if (!current->mask_problem.empty()) image.because(Why::kNoMask, current->mask_problem);
   image.answer.doubt = current->doubt;
-  const bool is_reason = image.answer.doubt == current->depth_problem && image.answer.pair != nullptr;
-  if (!image.answer.doubt.empty() && !is_reason) image.because(Why::kDoubt, image.answer.doubt);
+  const auto saysIt = [&](const Reason& reason) { return reason.detail == image.answer.doubt; };
+  const bool is_said = std::any_of(image.answer.reasons.begin(), image.answer.reasons.end(), saysIt);
+  if (!image.answer.doubt.empty() && !is_said) image.because(Why::kDoubt, image.answer.doubt);
   return std::move(image.answer);
 }
 

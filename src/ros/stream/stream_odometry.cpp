@@ -88,7 +88,7 @@ OdometryAnswer StreamOdometry::add(const OdometryImages& images) {
   ImageWithInfo input;
   input.image = messageOf(images.image, images.stamp);
   input.received = ros::Time(images.stamp);
-  input.depth = messageOf(images.depth, images.stamp);
+  input.depth = messageOf(images.depth, images.depth_stamp);
   if (options.right) {
     input.right = messageOf(images.right, images.stamp);
     input.camera_info = rectifiedInfo(options.camera, 0, images.image.size());

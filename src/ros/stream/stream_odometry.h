@@ -27,9 +27,10 @@ struct OdometryOptions {
 };
 
 struct OdometryImages {
-  double stamp = 0;      ///< seconds, later than that of the images before
-  cv::Mat image, right;  ///< CV_8UC1
-  cv::Mat depth;         ///< CV_32FC1 metres, 0 where unknown; may be empty
+  double stamp = 0;        ///< seconds, later than that of the images before
+  cv::Mat image, right;    ///< CV_8UC1
+  cv::Mat depth;           ///< CV_32FC1 metres, 0 where unknown; may be empty
+  double depth_stamp = 0;  ///< seconds; two images may be nearest to the same depth image
 };
 
 /// A part of the way that ends with an image: the motion since an earlier image, as ~odom has it if ~set_pose sent that

@@ -61,6 +61,17 @@ TEST(CopiedPart, RowsOfOneColourDoNotCount) {
   }
 }
 
+TEST(CopiedPart, OfAnImageThatIsStillCompressedIsAll) {
+  sensor_msgs::Image before;
+  before.encoding = "compressed: jpeg";
+  EXPECT_EQ(copiedPart(before, before), "") << "it is empty";
+  before.data = {1, 2, 3};
+  sensor_msgs::Image image = before;
+  EXPECT_TRUE(says(copiedPart(before, image), {"a copy of the image before it, bit for bit"}));
+  image.data.back() = 4;
+  EXPECT_EQ(copiedPart(before, image), "");
+}
+
 TEST(CopiedPart, OfAnotherKindOfImageIsNone) {
   const sensor_msgs::Image before = measured(1);
   sensor_msgs::Image other = before;

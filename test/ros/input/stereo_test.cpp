@@ -240,6 +240,23 @@ TEST(StereoDepth, SaysWhatIsMissing) {
   }
 }
 
+TEST(StereoDepth, OfARightImageThatRepeatsTheOneBeforeThereIsNone) {
+  const StereoRoom room;
+  StereoProcessor processor;
+  const ImageWithInfo first = room.input(0);
+  processor.ask(first);
+  for (int i = 1; i < 4; ++i) {
+    ImageWithInfo input = room.input(i);
+    const auto frozen = boost::make_shared<sensor_msgs::Image>(*first.right);
+    frozen->header.stamp = input.image->header.stamp;
+    input.right = frozen;
+    const ProcessedFrame answer = processor.ask(input);
+    EXPECT_TRUE(says(answer.text, {"the right image: it is a copy of the image before it, bit for bit"}));
+    EXPECT_TRUE(answer.current->stereo.depth.empty());
+    EXPECT_EQ(answer.metric_scale, i == 1) << "by the depth of the first image: " << answer.text;
+  }
+}
+
 TEST(StereoDepth, DoubtsBaselinesThatAreNotInMetres) {
   const StereoRoom room;
   const struct {

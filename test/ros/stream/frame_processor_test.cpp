@@ -225,6 +225,34 @@ TEST(Copies, OfTheReferenceAreNoPair) {
   EXPECT_TRUE(says(processor.ask(pair).text, {"a copy of the image before it"}));
 }
 
+/// A depth camera that froze beside a colour camera which goes on.
+TEST(Copies, OfDepthImagesMeasureNoLength) {
+  Node processor(ScaleMode::kDepth);
+  const auto depth = [](double stamp) {
+    cv::Mat metres(kHeight, kWidth, CV_32FC1);
+    cv::RNG(static_cast<uint64_t>(1000 * stamp)).fill(metres, cv::RNG::NORMAL, 5, 0.01);
+    return imageMessage(metres, stamp);
+  };
+  const sensor_msgs::ImageConstPtr frozen = depth(1.1);
+  processor.ask(image(1.0), depth(1.0));
+  EXPECT_TRUE(processor.ask(image(1.1, 5), frozen).metric_scale);
+  EXPECT_TRUE(processor.ask(image(1.12, 6), frozen).metric_scale) << "one message for two images is no copy";
+  for (int i = 2; i < 5; ++i) {
+    const ProcessedFrame copy = processor.ask(image(1 + 0.1 * i, 5 * i), copyOf(frozen, 1 + 0.1 * i));
+    ASSERT_TRUE(copy.poseValid()) << copy.text;
+    EXPECT_EQ(copy.metric_scale, i == 2) << "the reference has depth of its own: " << copy.text;
+    EXPECT_TRUE(copy.current->stereo.depth.empty());
+    const std::string which = "the depth image: it is a copy of the image before it, bit for bit";
+    EXPECT_TRUE(says(copy.text, {which}));
+    EXPECT_EQ(copy.text.find(which), copy.text.rfind(which)) << copy.text;
+  }
+  EXPECT_TRUE(processor.ask(image(1.5, 25), depth(1.5)).metric_scale);
+  // A simulator without noise, at rest.
+  const ProcessedFrame rest = processor.ask(copyOf(image(1.5, 25), 1.6), copyOf(depth(1.5), 1.6));
+  EXPECT_EQ(rest.status, MatchStats::BAD_IMAGE);
+  EXPECT_EQ(rest.text.find("the depth image"), std::string::npos) << rest.text;
+}
+
 // Stamps and frames that change without a word.
 
 TEST(FrameProcessor, NoVelocitySpansAClockThatWasSetBack) {
