@@ -101,6 +101,13 @@ bool isSymmetric(const Covariance6d& covariance, double tolerance) {
   return true;
 }
 
+/// Bounds a covariance. An invalid one stays as it is: bounded, it would look valid.
+void boundIfValid(Covariance6d& covariance) {
+  if (covariance.allFinite() && covariance.diagonal().minCoeff() >= 0 && isSymmetric(covariance, kInversionTolerance)) {
+    boundCovariance(covariance);
+  }
+}
+
 /// Shared errors of a depth camera, in those of two cameras: Kinects have depths that are wrong by a per cent, of
 /// another moment than the colour image, whose rows are of different moments as well (TUM freiburg1).
 constexpr double kOfDepthImages = 3;
@@ -119,7 +126,17 @@ void addSharedErrors(double systematic_sigma, const Parameters& parameters, Proc
     by_rotation -= along * (along.transpose() * by_rotation).eval();
   }
   answer.pose.covariance += answer.shared * answer.shared.transpose();
-  boundCovariance(answer.pose.covariance);
+  boundIfValid(answer.pose.covariance);
+}
+
+/// Looks at all that is published, and at all that odometry adds up.
+std::string defectOf(const ProcessedFrame& answer) {
+  RelativePose own = answer.pose;
+  own.covariance = answer.own_covariance;
+  std::string defect = poseDefect(answer.pose);
+  if (defect.empty()) defect = poseDefect(own);
+  if (defect.empty() && answer.since_key) defect = poseDefect(answer.since_key->current_in_key);
+  return defect;
 }
 
 }  // namespace
@@ -145,13 +162,13 @@ void findPose(const Pipeline& pipeline, Stream& stream, ComparedPair& pair, Proc
   if (answer.length_missing) answer.reasons.push_back({Why::kLengthUnknown});
   makePublishable(answer.status == MatchStats::OK, pipeline.options.sigma_floor, answer.pose);
   if (answer.since_key) makePublishable(true, pipeline.options.sigma_floor, answer.since_key->current_in_key);
-  // The last thing before either of the two motions is used.
-  std::string defect = poseDefect(answer.pose);
-  if (defect.empty() && answer.since_key) defect = poseDefect(answer.since_key->current_in_key);
-  if (defect.empty()) return addSharedErrors(pipeline.options.systematic_sigma, parameters, answer);
+  addSharedErrors(pipeline.options.systematic_sigma, parameters, answer);
+  const std::string defect = defectOf(answer);
+  if (defect.empty()) return;
   answer.status = MatchStats::RANSAC_FAILED;
   answer.reasons = {{Why::kUnfit, defect}};
   answer.pose = RelativePose();
+  answer.shared.setZero();
   answer.metric_scale = false;
   answer.since_key.reset();
 }
@@ -164,11 +181,7 @@ void makePublishable(bool translation_known, const SigmaFloor& floor, RelativePo
   // Adding the floor keeps the matrix positive definite; raising single entries would not.
   pose.covariance.diagonal().head<3>().array() += floor.translation * floor.translation * pose.t.squaredNorm();
   pose.covariance.diagonal().tail<3>().array() += floor.rotation * floor.rotation;
-  // An invalid covariance stays as it is: bounded, it would look valid.
-  const Covariance6d& covariance = pose.covariance;
-  if (covariance.allFinite() && covariance.diagonal().minCoeff() >= 0 && isSymmetric(covariance, kInversionTolerance)) {
-    boundCovariance(pose.covariance);
-  }
+  boundIfValid(pose.covariance);
 }
 
 std::string poseDefect(const RelativePose& pose) {

@@ -107,8 +107,9 @@ void expectStopped(const ProcessedFrame& processed, const std::string& defect) {
 
 TEST(PoseGate, GuardsEveryScaleMode) {
   const Scene scene{SceneOptions()};
-  ProcessorOptions spoilt;
+  ProcessorOptions spoilt, spoilt_later;
   spoilt.sigma_floor.rotation = kNan;
+  spoilt_later.systematic_sigma = kNan;
   const auto secondFrame = [&scene](ScaleMode scale, const ProcessorOptions& options, double fixed_scale, auto judge) {
     ImageStream stream(scale, scene.intrinsics(), options, fixed_scale);
     for (int i = 0; i < 2; ++i) {
@@ -124,8 +125,10 @@ TEST(PoseGate, GuardsEveryScaleMode) {
       EXPECT_EQ(processed.status, MatchStats::OK) << processed.text;
       expectFitOrNoPose(processed);
     });
-    secondFrame(scale, spoilt, 2,
-                [](const ProcessedFrame& processed) { expectStopped(processed, "covariance is not finite"); });
+    for (const ProcessorOptions& options : {spoilt, spoilt_later}) {
+      secondFrame(scale, options, 2,
+                  [](const ProcessedFrame& processed) { expectStopped(processed, "covariance is not finite"); });
+    }
   }
   secondFrame(ScaleMode::kFixed, ProcessorOptions(), kNan,
               [](const ProcessedFrame& processed) { expectStopped(processed, "translation is not finite"); });
