@@ -65,7 +65,7 @@ class LoopFinder {
     store_.add(std::move(image), message.track_id);
     headers_.push_back(message.header);
   } catch (const std::invalid_argument& problem) {
-    ROS_WARN_THROTTLE(10, "%s", problem.what());
+    ROS_WARN_ONCE("%s", problem.what());
   }
 
   KeyframeStore store_;

@@ -49,7 +49,7 @@ void onCorrespondences(const gms_ransac::Correspondences& message) try {
   if (count > 0) centre /= count;
   ROS_INFO("%d points of %d inliers, centre %.2f %.2f %.2f", count, rays.size(), centre.x(), centre.y(), centre.z());
 } catch (const std::invalid_argument& problem) {
-  ROS_WARN_THROTTLE(10, "%s (camera_info is read from %s)", problem.what(), ros::names::resolve("camera_info").c_str());
+  ROS_WARN_ONCE("%s (camera_info is read from %s)", problem.what(), ros::names::resolve("camera_info").c_str());
 }
 
 int main(int argc, char** argv) {

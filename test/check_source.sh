@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks of the source itself: check_source.sh ros_free|floors|docs|parameters|version|format|lint|tidy [BUILD_DIR [FILE...]]:
+# Checks of the source itself: check_source.sh ros_free|clock|floors|docs|parameters|version|format|lint|tidy [BUILD_DIR [FILE...]]:
 # format and tidy look at these files, or at all. Exit status 77 means skipped. scripts/lint runs format, lint and tidy.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -15,6 +15,10 @@ case ${1:-} in
     # The core, its public headers and the Python module must build without ROS: no include of roscpp, tf2, cv_bridge or a message.
     ! grep -rnE '#include [<"](ros|tf2|tf2_[a-z]+|cv_bridge|image_transport|image_geometry|nodelet|pluginlib|[a-z]+_msgs|std_srvs|diagnostic_updater|dynamic_reconfigure|message_filters|rosbag|gms_ransac/(Correspondences|MatchStats))[/.]' \
       include src/core src/python
+    ;;
+  clock)
+    # rosconsole's throttles go by the ROS clock, and log nothing while it stands at zero: src/ros/throttle.h.
+    ! grep -rnE 'ROS_[A-Z_]+_THROTTLE' src examples
     ;;
   floors)
     /usr/bin/python3 test/check_floors.py
@@ -60,7 +64,7 @@ case ${1:-} in
     /usr/bin/python3 test/check_tidy.py "${@:2}"
     ;;
   *)
-    echo "usage: check_source.sh ros_free|floors|docs|parameters|version|format|lint|tidy [BUILD_DIR [FILE...]]" >&2
+    echo "usage: check_source.sh ros_free|clock|floors|docs|parameters|version|format|lint|tidy [BUILD_DIR [FILE...]]" >&2
     exit 2
     ;;
 esac
