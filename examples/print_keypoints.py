@@ -18,8 +18,8 @@ def on_keypoints(message):
 
 
 if __name__ == "__main__":
-    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args(
-        rospy.myargv()[1:])
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
+                            allow_abbrev=False).parse_args(rospy.myargv()[1:])
     rospy.init_node("print_keypoints", anonymous=True)
     rospy.Subscriber("keypoints", numpy_msg(Keypoints), on_keypoints)
     rospy.spin()

@@ -56,8 +56,8 @@ def keypoints_message(header, grey, detector, features):
 
 
 def main():
-    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args(
-        rospy.myargv()[1:])
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
+                            allow_abbrev=False).parse_args(rospy.myargv()[1:])
     rospy.init_node("publish_keypoints", anonymous=True)
     detector, features = rospy.get_param("~detector", "sift"), rospy.get_param("~features", 2000)
     if detector not in DETECTORS:

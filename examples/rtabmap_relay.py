@@ -106,8 +106,8 @@ class Relay:
 
 
 if __name__ == "__main__":
-    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args(
-        rospy.myargv()[1:])
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
+                            allow_abbrev=False).parse_args(rospy.myargv()[1:])
     rospy.init_node("rtabmap_relay")
     relay = Relay()
     rospy.spin()

@@ -62,8 +62,8 @@ def on_correspondences(message):
 
 
 if __name__ == "__main__":
-    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args(
-        rospy.myargv()[1:])
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
+                            allow_abbrev=False).parse_args(rospy.myargv()[1:])
     rospy.init_node("triangulate_inliers", anonymous=True)
     infos = collections.deque(maxlen=1)  # the latest
     rospy.Subscriber("camera_info", CameraInfo, infos.append)

@@ -39,6 +39,11 @@ for script in demo test lint fuzz soak trust arm64; do
   case $help in *"scripts/$script "*) ;; *) fail "scripts/$script --help says '$help'" ;; esac
 done
 
+# An option is not guessed by its beginning.
+(cd "$here/../.." && for program in $(grep -l ArgumentParser scripts/*.py examples/*.py) "scripts/evaluate_report.py run"; do
+  ! /usr/bin/python3 $program --hel >/dev/null 2>&1 || fail "$program takes --hel for --help"
+done)
+
 # scripts/trust measures, and replaces tables only in the documents that it is given.
 mkdir -p "$work/trust/bin" "$work/trust/doc/measured" "$work/data"
 cp -r "$here/../../scripts" "$work/trust/"
