@@ -182,7 +182,9 @@ int evaluateOdometry(const Arguments& arguments) {
                         "camera fitted out");
   add("systematic-sigma", po::value(&systematic_sigma), "as ~systematic_sigma of the node");
   add("out,o", po::value(&out), "file for the records, one JSON object a line");
-  line.addForReport("plot", "file for a plot (.png, .pdf) of the paths, and of the error over the length");
+  line.addForReport("plot",
+                    "file for a plot (.png, .pdf) of the paths, and of the error over the length; needs "
+                    "python3-matplotlib");
   const char* usage =
       "evaluate odometry SET... [options]\n\nSET: a KITTI odometry or TUM folder, or a .bag. Chains the answers of the "
       "node over each\nsequence and prints the drift (KITTI's errors, errors over a second, ATE) and the NEES of its "

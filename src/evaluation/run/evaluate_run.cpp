@@ -158,7 +158,7 @@ int evaluateRun(const Arguments& arguments) {
   auto add = line.options.add_options();
   add("repeat", withDefault(repeats), "repetitions, each with the next seed");
   add("out,o", po::value(&out), "file for the records, one JSON object a line; - for standard output");
-  line.addForReport("plot", "file for a plot (.png, .pdf) of errors and inliers over time");
+  line.addForReport("plot", "file for a plot (.png, .pdf) of errors and inliers over time; needs python3-matplotlib");
   const char* usage =
       "evaluate run [SET...] [--scenes NAMES] [options]\n\nSET: a TUM or KITTI odometry folder, a folder of image "
       "pairs (pairs.txt), a .bag, or a\nfolder of such sets. Writes a record for each pair and method, and prints a "

@@ -178,6 +178,8 @@ TEST_F(EvaluateTest, ListsEveryMethodAndExplainsItself) {
     const Outcome help = evaluate(std::string(command) + "--help");
     EXPECT_EQ(help.status, 0);
     EXPECT_NE(help.text.find("evaluate"), std::string::npos);
+    const bool plots = help.text.find("--plot ") != std::string::npos;
+    EXPECT_EQ(help.text.find("python3-matplotlib") != std::string::npos, plots) << help.text;
   }
 }
 
