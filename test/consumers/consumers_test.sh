@@ -49,6 +49,8 @@ if [ "$1" = cpp ]; then
       "$("$work/catkin/devel/lib/gms_ransac_consumer/consumer")" "2 matches, 8, FIRST_FRAME, OK is 0"
     grep -q "^gms_ransac_DIR:PATH=$space/" "$work/catkin/CMakeCache.txt" || fail "gms_ransac is not that of $space"
     rm -rf "$work/catkin"
+    # Its library for the node has no headers.
+    ! grep gms_ransac_ros "$space/share/gms_ransac/cmake/gms_ransacConfig.cmake" || fail "$space exports gms_ransac_ros"
   done
   /usr/bin/python3 "$here/snippets.py" "$work/snippets"
   build_in "$work/snippets/out" "$work/snippets/catkin" "-DCMAKE_PREFIX_PATH=$build/devel;$ros"

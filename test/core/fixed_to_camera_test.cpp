@@ -2,9 +2,12 @@
 #include "past/fixed_to_camera.h"
 
 #include <cmath>
+#include <string>
 
 #include <gtest/gtest.h>
 
+#include "gms_ransac/status_text.h"
+#include "says.h"
 #include "support/random.h"
 #include "two_view/pose_model.h"
 #include "two_view_scene.h"
@@ -43,6 +46,7 @@ struct Settled {
   RobustResult alone;  ///< by the method
   RobustResult robust;
   Status status;
+  std::string text;
 };
 
 /// `by_tracks`: all but the window is known to be static.
@@ -62,6 +66,9 @@ Settled settle(const TwoViewScene& scene, bool by_tracks = false) {
   FixedToCamera().resolve(*method, scene.camera, result, by_tracks ? &past : nullptr);
   settled.robust = result.robust;
   settled.status = statusOf(result.robust, scene.camera);
+  StatusCircumstances of_node;
+  of_node.option_prefix = "~";
+  settled.text = explain(settled.status, result, {}, of_node);
   return settled;
 }
 
@@ -108,6 +115,7 @@ TEST(FixedToCamera, WithoutAMajorityBothMotionsArePossible) {
     wrong_alone += errorOf(settled.alone, kRotation) > 1;
     if (settled.robust.judgement.doubt != DirectionDoubt::kFixedToCamera) continue;
     ++open;
+    EXPECT_TRUE(says(settled.text, {"a part of the view stays in place", "a ~mask over what is fixed to the camera"}));
     EXPECT_FALSE(settled.robust.judgement.translation_observable);
     EXPECT_LT(errorOf(settled.robust, kRotation), 4 * rotationSigma(settled.robust));
     EXPECT_LT(errorOf(settled.robust, {0, 0, 0}), 3 * rotationSigma(settled.robust));

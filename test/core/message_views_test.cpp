@@ -119,6 +119,14 @@ TEST(KeypointsView, NeedsNoMoreThanPlacesAndDescriptors) {
   EXPECT_EQ(KeypointsView<KeypointsMessage>(message).sigma().size(), 0);
 }
 
+TEST(KeypointsView, WrapsNegativeAngles) {
+  KeypointsMessage message;
+  message.angle = {-90, -180, -1};
+  const Features features = KeypointsView<KeypointsMessage>(message).features();
+  const float expected[] = {270, 180, -1};  // -1: unknown
+  for (size_t i = 0; i < 3; ++i) EXPECT_EQ(features.keypoints[i].angle, expected[i]);
+}
+
 TEST(KeypointsView, TakesAnEmptyMessage) {
   KeypointsMessage message;
   for (auto* column :
@@ -156,6 +164,7 @@ TEST(KeypointsView, NamesWhatIsMalformed) {
        },
        "descriptor_size is 30; it must be the bytes of one descriptor, four for each number"},
       {[](Message& m) { m.angle[2] = std::nanf(""); }, "Keypoints: keypoint 2 has no angle within 360 degrees"},
+      {[](Message& m) { m.angle[2] = -361; }, "Keypoints: keypoint 2 has no angle within 360 degrees"},
       {[](Message& m) { m.octave[1] = 16; }, "Keypoints: keypoint 1 has no possible octave"},
       {[](Message& m) { m.width = 4000000000u; }, "Keypoints: the image is larger than 32768 pixels a side"},
       {[](Message& m) { m.height = 32769; }, "Keypoints: the image is larger than 32768 pixels a side"},

@@ -249,6 +249,7 @@ TEST(CameraModel, DoubtsValuesThatACameraSeldomHas) {
   const auto kinect = [](Info& info) { info.K = {525, 0, 319.5, 0, 525, 239.5, 0, 0, 1}; };
   const auto oblong = [](Info& info) { info.K[4] = 9842; };
   const auto distorted = [](Info& info) { info.D[0] = 0.2; };
+  const auto without_coefficients = [](Info& info) { info.D.clear(); };
   const auto binned = [](Info& info) { info.binning_x = info.binning_y = 2; };
   const auto narrow = [](Info& info) { info.binning_x = 2; };
   const auto all_of_a_wide_lens = [](Info& info) { info.P[0] = info.P[5] = 400; };
@@ -263,6 +264,7 @@ TEST(CameraModel, DoubtsValuesThatACameraSeldomHas) {
        {640, 480},
        {"camera_info on /camera_info holds the factory values", "calibration:=1, 2 or 3"}},
       {{}, info(640, 480, 525, {kinect, distorted}), {640, 480}, {}},
+      {{}, info(640, 480, 525, {kinect, without_coefficients}), {640, 480}, {}},  // of a rendered scene
       {{}, info(640, 480, 500), {640, 480}, {}},
       {{}, info(1280, 720, 12572, {oblong}), {1280, 720}, {"fx 12572 and fy 9842"}},
       {{}, info(1280, 720, 12572, {oblong, narrow}), {640, 720}, {}},

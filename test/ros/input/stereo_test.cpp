@@ -273,6 +273,13 @@ TEST(StereoDepth, DoubtsBaselinesThatAreNotInMetres) {
     EXPECT_TRUE(says(answer.text, row.words));
     EXPECT_TRUE(says(answer.text, {"; doubtful: "}));
   }
+  for (const auto& [baseline, doubted] :
+       {std::pair(0.0099, true), std::pair(0.0101, false), std::pair(2.99, false), std::pair(3.01, true)}) {
+    const CameraModel camera;
+    const StereoRig rig(camera, *room.info(0), camera, *room.info(baseline));
+    EXPECT_EQ(rig.problem, "");
+    EXPECT_EQ(rig.doubt.find("put the cameras") != std::string::npos, doubted) << baseline << " " << rig.doubt;
+  }
 }
 
 TEST(StereoDepth, DoubtsTheRightCamerasMatrix) {

@@ -16,6 +16,7 @@ from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
 from graph import STEP, Client, K, Scene, camera_info, client_of, degrees_between, image_message, run, vector, walk
+from tcpros import RawPublisher
 
 BASELINE = 0.2  # metres
 
@@ -249,6 +250,22 @@ class Outputs(unittest.TestCase):
         client.wait(report("matches", lambda s: "agree" in s.message and any(v.key == "inlier ratio" for v in s.values)), "matches")
         client.wait(report("timing", lambda s: {"rate (Hz)", "latency (ms)", "dropped"} <= {v.key for v in s.values}), "timing")
         client.wait(report("input", lambda s: "/fixed/image" in s.message and s.level == 1), "the silent topic's name")
+        stamps = iter(810 + 0.1 * np.arange(1000))
+
+        def warned(words, **info):
+            """What the input is warned of while images come with such a camera_info."""
+            stamp = next(stamps)
+            client.ask(self.frames[round(10 * stamp) % 5], stamp, info=camera_info(stamp, **info))
+            return report("input", lambda s: words in s.message and s.level == 1)()
+
+        client.wait(lambda: warned("is for 400x300 images", size=(400, 300)), "the size of camera_info")
+        beside = K + np.array([[0, 0, 280], [0, 0, 0], [0, 0, 0]])
+        client.wait(lambda: warned("% of the width", k=beside, p=beside), "the doubt of the matrix")
+        other = RawPublisher("/another_camera", rospy.resolve_name("fixed/image"), Image)
+        client.wait(lambda: warned("2 nodes publish /fixed/image"), "both publishers")
+        other.close()
+        # Simulated time goes by steps, and may be behind the stamp.
+        self.assertEqual(client.ask(self.frames[0], 4e9).latency, 0)
 
 
 if __name__ == "__main__":

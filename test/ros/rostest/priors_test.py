@@ -99,10 +99,10 @@ class PriorsTest(unittest.TestCase):
 
     def test_gyro(self):
         """One camera, three gyros: a good one, one with an axis mirrored, and one whose stamps are late."""
-        clients = {}
+        clients, gyros = {}, {}
         for name, options in (("gyro", {}), ("mirrored", {"axes": (1, -1, 1)}), ("late", {"late": LATE})):
-            clients[name], publisher = self.connect(name, "imu", Imu)
-            self.send_gyro(publisher, self.times[0] - 0.05, self.times[-1] + 0.15, bias=BIAS, **options)
+            clients[name], gyros[name] = self.connect(name, "imu", Imu)
+            self.send_gyro(gyros[name], self.times[0] - 0.05, self.times[-1] + 0.15, bias=BIAS, **options)
         for seconds, frame in zip(self.times, self.frames):
             for client in clients.values():
                 client.send(frame, self.stamp(seconds))
@@ -132,6 +132,17 @@ class PriorsTest(unittest.TestCase):
         text = sender.ask(self.frames[0], self.stamp(self.times[-1] + 0.5)).status_text
         self.assertIn("no rotation prior: the newest sample is", text)
         self.assertIn("/gyro/imu", text)
+
+        # It comes back without numbers.
+        message, stamps = Imu(), iter(self.stamp(self.times[-1] + 0.5) + PERIOD * np.arange(1, 1000))
+        message.header.frame_id, message.angular_velocity.z = "imu_link", float("nan")
+
+        def reason():
+            message.header.stamp = rospy.Time.from_sec(next(stamps))
+            gyros["gyro"].publish(message)
+            return sender.ask(self.frames[0], message.header.stamp.to_sec()).status_text
+
+        sender.wait(lambda: "messages on /gyro/imu are not used: their numbers are not finite" in reason(), "the reason")
 
     def roll(self, scene, seconds):
         """What a camera sees that reads its middle row at that time."""

@@ -91,6 +91,17 @@ TEST(KeypointsInput, IsAnsweredAsImagesAre) {
   EXPECT_EQ(published.depth.size(), 0u) << "only with ~scale depth";
 }
 
+TEST(KeypointsInput, NegativeAnglesAreThoseBeyondHalfACircle) {
+  Messages messages;
+  for (size_t i = 0; i < kPoints; ++i) messages.reference.angle.push_back(0.9f * static_cast<float>(i) - 180);
+  Features features;
+  EXPECT_EQ(toFeatures(messages.reference, features), "");
+  for (size_t i = 0; i < kPoints; ++i) {
+    const float angle = messages.reference.angle[i];
+    EXPECT_EQ(features.keypoints[i].angle, angle < 0 ? angle + 360 : angle);
+  }
+}
+
 TEST(KeypointsInput, DepthOfTheMessageGivesMetres) {
   Messages messages;
   messages.reference.depth[0] = std::numeric_limits<float>::quiet_NaN();

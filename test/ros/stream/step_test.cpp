@@ -85,6 +85,21 @@ TEST_F(StepTest, AnotherImageSizeLeavesThePlace) {
   EXPECT_GT(stream_.place.camera().pose_covariance(0, 0), before.pose_covariance(0, 0) + 0.5);
 }
 
+TEST_F(StepTest, AnotherKindOfDescriptorsLeavesThePlace) {
+  for (int i = 0; i < 3; ++i) ask(steppedRoom().render(i).image);
+  const Eigen::Isometry3d before = stream_.place.camera().pose;
+  ASSERT_GT(before.translation().norm(), 1);
+  const std::shared_ptr<PreparedFrame> other = prepared(steppedRoom().render(3).image);
+  const int keypoints = other->frame.features.size();
+  other->frame.features.descriptors.assign(cv::Mat::ones(keypoints, 64, CV_32F));
+  const ProcessedFrame answer = step(pipeline_, stream_, recovery_, pairs_, other);
+  EXPECT_EQ(answer.status, MatchStats::FIRST_FRAME);
+  EXPECT_EQ(answer.continuity, Continuity::kBroken);
+  EXPECT_FALSE(answer.place) << "it moved meanwhile";
+  EXPECT_FALSE(answer.place_restarted);
+  EXPECT_EQ(stream_.place.camera().pose.matrix(), before.matrix());
+}
+
 TEST_F(StepTest, AfterAFailedWayBackTheAnswerHasItsColumns) {
   Pipeline pipeline(calibrated(ScaleMode::kUnit, steppedRoom().intrinsics()), keeping(3));
   SceneOptions elsewhere;
