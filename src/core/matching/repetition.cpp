@@ -19,6 +19,10 @@ constexpr double kLeastAmbiguous = 0.1;
 constexpr int kAlike = 36;
 /// Share of the samples that show a pattern. Recordings of streets, rooms and boards of tags stay below a quarter.
 constexpr double kRepeats = 0.25;
+/// The samples are looked at in so many rounds, each all over the view, until fewer than a share show a pattern: where
+/// a quarter of all do, two or more of the 25 of a round do in 99 of 100 cases.
+constexpr size_t kRounds = 4;
+constexpr double kHardlyAny = 0.08;
 /// So many neighbours within a radius, in mean distances of the samples, that take the same step.
 constexpr int kNeighbours = 2;
 constexpr float kRadius = 1.5f;
@@ -66,12 +70,17 @@ std::optional<double> Repetition::period(const Features& reference, const Featur
   const size_t samples = std::min(kSamples, inliers_.size());
   samples_.resize(samples);
   const double enough = kRepeats * static_cast<double>(samples);
-  for (size_t k = 0, without = 0; k < samples; ++k) {
-    const Match& match = matches[inliers_[k * inliers_.size() / samples]];
-    findElsewhere(reference.descriptors.row(match.reference), current.keypoints[static_cast<size_t>(match.current)],
-                  current, alike, samples_[k]);
-    without += samples_[k].elsewhere.empty();
-    if (static_cast<double>(samples - without) < enough) return std::nullopt;
+  size_t looked = 0, found = 0;
+  for (size_t round = 0; round < kRounds; ++round) {
+    for (size_t k = round; k < samples; k += kRounds) {
+      const Match& match = matches[inliers_[k * inliers_.size() / samples]];
+      findElsewhere(reference.descriptors.row(match.reference), current.keypoints[static_cast<size_t>(match.current)],
+                    current, alike, samples_[k]);
+      found += !samples_[k].elsewhere.empty();
+      ++looked;
+      if (static_cast<double>(found + samples - looked) < enough) return std::nullopt;
+    }
+    if (static_cast<double>(found) < kHardlyAny * static_cast<double>(looked)) return std::nullopt;
   }
   const float spacing = std::sqrt(static_cast<float>(current.image_size.area()) / static_cast<float>(samples));
   periods_.clear();
