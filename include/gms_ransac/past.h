@@ -14,12 +14,12 @@
 namespace gms_ransac {
 
 /// Given to MatchFilter::filter with each pair of a stream, which reads and updates it; a stream starts with an empty
-/// one. The images themselves say whether the reference is the current image of the last pair, its reference once more,
-/// or neither. Copy it to try a pair that may not become part of the stream.
+/// one. The reference may be the current image of the last pair, its reference once more, or neither: the features show
+/// which. Copy it to try a pair that may not become part of the stream.
 struct Past {
   std::optional<MotionStart> motion;  ///< of the last pair, where the next search starts
-  /// Directions of translation, in the axes of the pair's reference and of the last current image: the last known one,
-  /// and that of the last pair, known or not; zero: none.
+  /// Directions of translation: the last known one, and that of the last pair, known or not; zero: none. In the axes of
+  /// the pair's reference, then in those of the last current image.
   Eigen::Vector3d direction = Eigen::Vector3d::Zero(), guess = Eigen::Vector3d::Zero();
   Eigen::Vector3d current_direction = Eigen::Vector3d::Zero(), current_guess = Eigen::Vector3d::Zero();
   int steady = 0;           ///< pairs in that direction, a few at most; a pair that does not show it takes one away
@@ -33,8 +33,8 @@ struct Past {
     const auto k = static_cast<size_t>(keypoint);
     return k < reference_static.size() && reference_static[k] != 0;
   }
-  /// Called by MatchFilter::filter: moves on to this pair. What is known of its reference is that of the last pair's
-  /// current image, or of its reference; of another image nothing is.
+  /// Called by MatchFilter::filter: moves on to this pair. Its reference inherits from the last pair's current image,
+  /// or from its reference; another image inherits nothing.
   void startPair(const Features& reference, const Features& current);
 };
 

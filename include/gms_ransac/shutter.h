@@ -8,7 +8,7 @@
 
 namespace gms_ransac {
 
-/// The camera's shutter, as far as the stream has shown it.
+/// The camera's shutter, learnt from the stream.
 struct Shutter {
   enum Kind : uint8_t { kUnknown, kGlobal, kRolling };
   Kind kind = kUnknown;
@@ -24,9 +24,9 @@ struct RowRates {
   std::array<double, 36> information{};  ///< I S^-1 I
 };
 
-/// Sums up the pairs of a stream. A shutter that needs tau seconds for a focal length of rows shows rates of tau times
-/// the angular velocity of the camera at either image, which the neighbouring pairs tell: s = tau I w + noise of S. So
-/// each pair counts when the next one is known.
+/// Sums up the pairs of a stream. A shutter needs tau seconds for a focal length of rows. Its rates are then tau times
+/// the angular velocity w of the camera at either image, which the neighbouring pairs measure: s = tau I w + noise of
+/// S. So each pair counts when the next one is known.
 class ShutterEstimate {
  public:
   /// A pair of the stream: the rotation vector from reference to current, and the seconds between them; not known:

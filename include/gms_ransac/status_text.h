@@ -8,7 +8,7 @@
 
 namespace gms_ransac {
 
-/// What the text of a status says in addition to its result and options.
+/// Added to result and options in the text of a status.
 struct StatusCircumstances {
   std::string option_prefix;    ///< before the names of options: "~" for parameters of a node
   int features_asked = -1;      ///< keypoints that the current image was searched for; negative: as in the options

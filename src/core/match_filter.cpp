@@ -57,7 +57,7 @@ HammingMatcherOptions matcherOptions(const MatchFilterOptions& options, const Me
   return matcher;
 }
 
-/// What is known of the pair before its first stage.
+/// Fills in all that is known before the first stage.
 void beginPair(const FramePair& pair, const RotationPrior* prior, MatchResult& result) {
   const auto& [reference, current, past] = pair;
   result.clear(Status::kOk);
@@ -112,7 +112,7 @@ struct MatchFilter::Stages {
 
   /// Where a rotation from another sensor moves the keypoints; null: not known.
   const MotionPrediction* predict(const std::optional<RotationPrior>& prior, const cv::Size& image);
-  /// Refuses the direction of translation where matches look like a place one period beside theirs, too.
+  /// Refuses the direction of translation where matches also look like the place one period away from theirs.
   void doubtRepetition(const FramePair& pair, MatchResult& result);
   void setClock(const Clock& seconds);
 

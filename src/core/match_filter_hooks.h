@@ -1,4 +1,4 @@
-// What tests and statistics need of a MatchFilter, and its users do not.
+// Access to a MatchFilter for tests and statistics.
 #pragma once
 
 #include <cstdint>

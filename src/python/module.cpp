@@ -282,7 +282,7 @@ Camera makeCamera(int width, int height, const py::object& K, const py::object& 
   return {{k[0], k[4], k[2], k[5], model, {D.data(), D.data() + D.size()}}, cv::Size(width, height)};
 }
 
-/// The node's parameter of that name, as far as it concerns the core: those that share extraction and matching.
+/// Threads that share extraction and matching: the node's parameter of that name without its workers.
 Parameter threadsParameter() {
   return {"threads", 1, 1, 16, "", "threads that share extraction and matching; the results do not depend on it", {}};
 }

@@ -29,7 +29,7 @@ int main() {
   std::cout << (used > 20 ? "%(count)d snippets ran\\n" : "no match was used\\n");
 }
 """
-# Of a node that has received both.
+# A node that has received both.
 MESSAGES = """#include <boost/make_shared.hpp>
 #include <gms_ransac/Correspondences.h>
 #include <sensor_msgs/CameraInfo.h>

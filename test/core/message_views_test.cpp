@@ -234,7 +234,7 @@ TEST(CorrespondencesView, GivesCameraPoseAndInliers) {
   EXPECT_FALSE(view.calibrated());
 }
 
-/// What the view reads of a camera_info.
+/// The fields of a camera_info that the view reads.
 struct Info {
   std::string distortion_model;
   std::vector<double> D;

@@ -1,4 +1,4 @@
-// What a stream learns of the shutter: rates by row that are, or are not, those of a camera that rotates.
+// The shutter learnt from a stream: rates by row that are, or are not, those of a camera that rotates.
 #include "gms_ransac/shutter.h"
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// What a sentence has to name.
+// Words that a sentence must contain.
 #pragma once
 
 #include <string>

@@ -66,7 +66,7 @@ inline std::unique_ptr<Method> makeEstimator(const std::string& method, const Ro
   return makeMethod(options);
 }
 
-/// What a method says of a scene.
+/// The answer of a method to a scene.
 inline RobustResult estimated(Method& method, const TwoViewScene& scene) {
   RobustResult result;
   method.estimate(scene.pairs, scene.camera, result);

@@ -63,7 +63,7 @@ Shutter ShutterEstimate::shutter() const {
   if (!(weight_ > 0)) return {};
   Shutter shutter = {Shutter::kUnknown, readout(), std::sqrt(dispersion() / weight_)};
   if (pairs_ < kFewestPairs) return shutter;
-  // Rows are read from the top down: a readout below zero is an error of the rates, and no shutter.
+  // The readout begins at the top: one below zero is an error of the rates, and no shutter.
   if (shutter.readout - kRolls > kSurelyRolls * shutter.deviation) shutter.kind = Shutter::kRolling;
   if (kRolls - std::abs(shutter.readout) > kSurelyGlobal * shutter.deviation) shutter.kind = Shutter::kGlobal;
   return shutter;

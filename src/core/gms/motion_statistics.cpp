@@ -1,5 +1,5 @@
-// The room gms says of every raw match whether the motion of its neighbours supports it. A filter reads the matches and
-// never reorders them.
+// The room gms decides for every raw match whether the motion of its neighbours supports it. A filter reads the matches
+// and never reorders them.
 //
 #include "gms_ransac/motion_statistics.h"
 

@@ -129,7 +129,7 @@ double poseAgainstRotation(const RefinedPose& refined, const Eigen::Matrix3f& R,
   });
 }
 
-/// Matches for each cell that has some: so many count as one observation beside a prior.
+/// Matches for each cell that has some: so many weigh as much as one observation of a prior.
 double matchesOfCell(const std::vector<int32_t>& cells) {
   std::array<bool, kCellCount> seen = {};
   for (const int32_t cell : cells) seen[static_cast<size_t>(cell)] = true;

@@ -1,4 +1,4 @@
-// The room judgement says how good an answer is and never looks for another one. A new doubt is a DirectionDoubt, a
+// The room judgement decides how good an answer is and never looks for another one. A new doubt is a DirectionDoubt, a
 // rule here, and a sentence in status_text.cpp.
 //
 // Judges the motion of a pair, from any estimator, by its matches: noise, segmentation, covariance, the table of

@@ -40,7 +40,7 @@ struct PatchKernels {
   void (*sampleWithRim)(const uint8_t* image, ptrdiff_t stride, const PatchMap& place, PatchWithRim& levels);
   /// To mean 0 and length 1; returns the length before. Leaves zeros where they are all alike.
   float (*normalize)(PatchNumbers& levels);
-  /// Of the products of both.
+  /// Sums the products of both.
   PatchMoments (*moments)(const PatchNumbers& a, const PatchNumbers& b);
 };
 

@@ -45,7 +45,7 @@ struct Columns {
   }
 };
 
-/// Of the rows of a patch, in an order that does not depend on the width of the vectors.
+/// Adds up a patch in an order that does not depend on the width of the vectors.
 inline float sum(const F32 (&lanes)[kVectors]) {
   float numbers[kPatchLanes] = {};
   for (int k = 0; k < kVectors; ++k) store(numbers, k, lanes[k]);

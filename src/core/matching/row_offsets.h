@@ -11,7 +11,7 @@
 
 namespace gms_ransac {
 
-/// An offset that grows with x, y and x y, as that of cameras which are tilted, rolled or turned against each other.
+/// An offset that grows with x, y and x y, as that of cameras which are tilted, rolled or rotated against each other.
 /// Learned from a few points of each image, which patches locate in both; old images count less.
 class RowOffsets {
  public:

@@ -31,7 +31,7 @@ struct Levels {
     for (int v = 0; v < kHeight; ++v) std::memcpy(bytes + v * kRow, image.ptr(top + v) + left, kRow);
     for (int i = 0; i < kLevels; ++i) at[i] = bytes[i];
   }
-  /// Of a window that lies lower by `below` of kWholeRow.
+  /// The window lies lower by `below` of kWholeRow.
   Levels(const cv::Mat& image, int left, int top, uint16_t below) {
     uint8_t bytes[kLevels + kRow] = {};
     for (int v = 0; v < kHeight + (below > 0); ++v) std::memcpy(bytes + v * kRow, image.ptr(top + v) + left, kRow);
@@ -42,7 +42,7 @@ struct Levels {
     }
   }
 
-  /// Of the columns from `shift` on that the window has; zero in the others.
+  /// Returns the columns of the window, from `shift` on; zero in the others.
   Levels inWindow(int shift = 0) const {
     Levels levels;
     for (int v = 0; v < kHeight; ++v) std::copy_n(at + v * kRow + shift, kWidth, levels.at + v * kRow);

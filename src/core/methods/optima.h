@@ -18,8 +18,8 @@ class Optima {
 
   explicit Optima(const ResidualKernels& kernels) : kernels_(kernels) {}
 
-  /// Returns the likeliest of: the optimum `found`; that of the far half of its matches, because a body that moves by
-  /// itself is mostly near; the optima near `starts`; the other motion of a plane that most matches lie on.
+  /// Returns the likeliest optimum: `found`, those near `starts`, the other motion of a plane that most matches lie on,
+  /// or that of the far half of the matches. A body that moves by itself is mostly near.
   TwoViewPose choose(const TwoViewPoints& points, const TwoViewPose& found, const std::vector<TwoViewPose>& starts);
 
  private:

@@ -15,11 +15,11 @@ namespace gms_ransac {
 /// Keeps its storage from pair to pair.
 class FixedToCamera {
  public:
-  /// `method` has just estimated `result`. Many matches may have stayed where they were in the image while the others
-  /// have a motion that excludes these: a body passes a camera at rest, or a view moves behind something that is fixed
-  /// to the camera. Their cells vote for one of the two. The motion of a view that surely moves replaces the result.
-  /// Otherwise the covariance of the rotation holds both, and the direction is unknown unless one is improbable.
-  /// `past`: of the stream; null: none.
+  /// `method` has just estimated `result`. Many matches may have stayed in place while the others have a motion that
+  /// excludes these: a body passes a camera at rest, or a view moves behind something that is fixed to the camera.
+  /// Their cells vote for one of the two. The motion of a view that surely moves replaces the result. Otherwise the
+  /// covariance of the rotation holds both, and the direction is unknown unless one is improbable. `past`: of the
+  /// stream; null: none.
   void resolve(Method& method, const Camera& camera, MatchResult& result, const Past* past);
 
  private:

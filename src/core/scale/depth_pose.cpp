@@ -17,7 +17,7 @@ constexpr double kRim = 0.05;
 constexpr double kRowRotationSigma = 3.14159265358979323846 / 180;
 // Prior standard deviation of the disparity that the calibration of two cameras leaves, pixels, and of its growth over
 // x = 1 and y = 1. KITTI's rectified images have 0.15 (06) and 1 (01): ignored, it makes the translation 0.6 and 10 %
-// too long. Pairs measure it to 0.1. Of a road alone, the growth with y could not be told from the length.
+// too long. Pairs measure it to 0.1. A road alone does not tell the growth with y from the length.
 constexpr double kDisparityErrorSigma = 1, kDisparityGrowthSigma = 0.3;
 
 double depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {

@@ -57,10 +57,10 @@ class PairReader {
   /// With pixels some inliers of every part of the image, aligned where their patches are found; else all, by their
   /// keypoints.
   PairPoints points() const;
-  /// Of a point of the triangulation, metres; 0: not known.
+  /// Metres, for a point of the triangulation; 0: not known.
   double referenceDepth(int point) const;
   double currentDepth(int point) const;
-  /// What the current image shows at an aligned place.
+  /// Converts an aligned place of the current image.
   SeenPoint aligned(const PatchPlace& place, double depth) const;
   double pixel() const { return pixel_; }  ///< one, at depth 1
 

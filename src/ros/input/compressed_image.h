@@ -8,8 +8,7 @@
 
 namespace gms_ransac {
 
-/// An image whose data are those of the message, to be decoded by whoever uses it: images that are dropped cost
-/// nothing.
+/// An image whose data are those of the message, decoded when they are used: images that are dropped cost nothing.
 sensor_msgs::ImageConstPtr stillCompressed(const sensor_msgs::CompressedImage& message);
 
 /// Replaces an image that is still compressed by its pixels: mono8, bgr8, mono16 or bgr16. Leaves others alone. Returns

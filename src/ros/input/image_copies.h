@@ -11,7 +11,7 @@ namespace gms_ransac {
 
 /// Returns how much of `image` is that of `before`, as the end of a sentence; empty: not enough for a copy. A copy has
 /// half of the rows of the image before it, not counting rows of one colour, which dark or overexposed images repeat.
-/// Of images that are still compressed all data must be equal.
+/// Compressed images are copies if all data are equal.
 std::string copiedPart(const sensor_msgs::Image& before, const sensor_msgs::Image& image);
 /// The same of keypoints: all positions and descriptors are those of the message before.
 std::string copiedPart(const Keypoints& before, const Keypoints& keypoints);

@@ -8,7 +8,7 @@ namespace gms_ransac {
 
 namespace {
 
-// What is further ahead than this is of another time: left over from before the streams started again.
+// Messages further ahead than this are left over from before the streams started again.
 constexpr double kSight = 1;  // seconds
 
 template <typename Message>

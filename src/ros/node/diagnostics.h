@@ -23,7 +23,7 @@ class NodeHandle;
 
 namespace gms_ransac {
 
-/// What is known without an image.
+/// Known without an image.
 struct NodeReport {
   std::string error;            ///< why no image can arrive, and the remedy
   std::string waiting;          ///< what does not arrive, and the remedy

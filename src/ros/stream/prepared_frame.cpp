@@ -112,7 +112,7 @@ std::string FramePreparation::checkBeside(const ImageWithInfo& input, bool begin
   const sensor_msgs::ImageConstPtr& beside = stereo ? input.right : input.depth;
   if (!beside) return std::string();
   const sensor_msgs::ImageConstPtr before = std::exchange(beside_before_, beside);
-  // Of one stamp it is one message, which may be within the tolerance of two images.
+  // One stamp is one message, which may be within the tolerance of two images.
   if (begins || !before || before->header.stamp == beside->header.stamp) return std::string();
   const std::string problem = copyProblem(before, beside);
   return problem.empty() ? problem : (stereo ? "the right image: " : "the depth image: ") + problem;

@@ -61,7 +61,7 @@ struct Received {
   ReceivedImage image;
   std::optional<ReceivedImage> reference;  ///< with ~input pair: what the image is compared with
   Features features;                       ///< with ~input keypoints
-  std::vector<float> depth;            ///< of these; metres, 0 where it is not known; empty: none is wanted or known
+  std::vector<float> depth;                ///< of these; metres, 0 where unknown; empty: none is wanted or known
   std::string depth_problem;           ///< why depth or right image are not used; empty: nothing is known against them
   std::string problem;                 ///< why the image is not used; empty: it is
   std::shared_ptr<Pipeline> pipeline;  ///< with the options in force when the image came

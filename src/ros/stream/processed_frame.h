@@ -91,7 +91,7 @@ struct ProcessedFrame {
   bool reference_held = false;              ///< the next image will be compared with this reference again
   /// After a loss the reference is an image from before it. `status` is what it would be without the loss.
   bool recovered = false;
-  /// The motion took as long as its stamps say, and no longer than ~max_frame_gap; else it tells no velocity.
+  /// False if the time of the motion is not that between its stamps, or longer than ~max_frame_gap.
   bool velocity_known = true;
   /// Only with `recovered`: the length of the motion is unknown, `pose.t` is the direction alone.
   bool length_missing = false;

@@ -43,7 +43,7 @@ Parameters parametersOf(const OdometryOptions& options) {
   return parameters;
 }
 
-/// What the node reports of itself would stand among the tables of a program; warnings stay.
+/// Reports of the node would stand among the tables of a program; warnings stay.
 void leaveOutInformation() {
   if (ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Warn)) {
     ros::console::notifyLoggerLevelsChanged();

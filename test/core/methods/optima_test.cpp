@@ -41,7 +41,7 @@ TEST(Optima, LeaveTheWrongMotionOfAPlane) {
     ASSERT_GT(pair.error(wrong), 5) << seed;
     Optima optima(pair.kernels);
     EXPECT_LT(pair.error(optima.choose(pair.points, wrong, {})), 2) << seed;
-    // What it left and what it chose are compared with the pose by the judgement.
+    // The judgement compares both the optima that it left and the one that it chose with the pose.
     EXPECT_GE(optima.alternatives.size(), 2u);
   }
 }

@@ -19,7 +19,7 @@ boost::shared_ptr<Message> stamped(double stamp) {
   return message;
 }
 
-/// What happens, and what comes of it. An event is a letter and a time in hundredths of a second. The time is the stamp
+/// An event and its result. An event is a letter and a time in hundredths of a second. The time is the stamp
 /// of an (i)mage, one of the (s)econd stream, (c)amera_info or a (m)ask; the length of a (w)ait; or how far the
 /// (S)ensors reach. (r) is the camera_info of the right camera, (x) forgets. An image that comes out is its stamp, "+"
 /// with that of its partner, "i" and "r" with the camera_info of each camera, and "m" with the stamp of its mask; "?"

@@ -1,4 +1,4 @@
-// What the sources of priors remember of their answers and report.
+// The answers that sources of priors remember and report.
 #include "priors/prior_source.h"
 
 #include <map>
@@ -8,7 +8,7 @@
 namespace gms_ransac {
 namespace {
 
-/// Answers what it is told to.
+/// Gives the answer that the test sets.
 struct StubRotation : RotationSource {
   StubRotation() : RotationSource(0) {}
   RotationAnswer measure(const PriorQuery& /*query*/) override { return answer; }

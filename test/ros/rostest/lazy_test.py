@@ -23,7 +23,7 @@ class Lazy(unittest.TestCase):
         diagnostics = rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: (levels.update(
             {(s.name, s.message): s.level for s in m.status}),
             "mistaken_filter" in m.status[0].name and reports.append(m)))
-        # Else the filter may start with an answer of the master from when nobody published yet.
+        # Otherwise the filter may start with an answer of the master from when nobody published yet.
         client.wait(lambda: len(reports) > 3, "reports from after the publishers came")
         del lines[:]
         listener = rospy.Subscriber("mistaken_filter/stats", MatchStats, lambda message: None)

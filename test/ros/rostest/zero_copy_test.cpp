@@ -1,6 +1,6 @@
 // Images between nodelets of one manager are shared, not copied: what the publisher sent and what a subscriber in the
-// same process got is one object, and the converter's grey image is that object's memory. What does not arrive is said.
-// The match image is drawn only for a subscriber.
+// same process got is one object, and the converter's grey image is that object's memory. Reports messages that do not
+// arrive. The match image is drawn only for a subscriber.
 #include <gtest/gtest.h>
 #include <image_transport/image_transport.h>
 #include <ros/callback_queue.h>

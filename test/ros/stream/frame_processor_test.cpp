@@ -49,7 +49,7 @@ sensor_msgs::ImageConstPtr depthOf(float metres) {
   return imageMessage(cv::Mat(kHeight, kWidth, CV_32FC1, cv::Scalar(metres)), 0);
 }
 
-/// A node, whose clock goes on whatever the stamps do.
+/// A node, whose clock goes on independently of the stamps.
 struct Node : Processor {
   explicit Node(ScaleMode scale = ScaleMode::kUnit) : Processor(calibrated(scale)) {}
   using Processor::ask;
@@ -225,7 +225,7 @@ TEST(Copies, OfTheReferenceAreNoPair) {
   EXPECT_TRUE(says(processor.ask(pair).text, {"a copy of the image before it"}));
 }
 
-/// A depth camera that froze beside a colour camera which goes on.
+/// A depth camera that froze while the colour camera goes on.
 TEST(Copies, OfDepthImagesMeasureNoLength) {
   Node processor(ScaleMode::kDepth);
   const auto depth = [](double stamp) {

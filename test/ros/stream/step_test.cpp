@@ -118,7 +118,7 @@ TEST_F(StepTest, AfterAFailedWayBackTheAnswerHasItsColumns) {
   EXPECT_GT(with_matches, 0);
 }
 
-/// A key frame that is not a number stands for whatever makes it so.
+/// A key frame that is not a number stands for every cause of one.
 TEST_F(StepTest, AMotionSinceTheKeyFrameThatIsUnfitIsNotUsed) {
   Pipeline pipeline(calibrated(ScaleMode::kDepth, steppedRoom().intrinsics()), ProcessorOptions());
   const auto next = [&](int i) {
