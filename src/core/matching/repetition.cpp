@@ -96,7 +96,7 @@ void Repetition::findElsewhere(const uint8_t* query, const cv::KeyPoint& place, 
   sample.point = place.pt;
   sample.elsewhere.clear();
   const auto nextNear = [&](int begin, int end) {
-    const void* found = std::memchr(&near_[static_cast<size_t>(begin)], 1, static_cast<size_t>(end - begin));
+    const void* found = std::memchr(near_.data() + begin, 1, static_cast<size_t>(end - begin));
     return found == nullptr ? end : static_cast<int>(static_cast<const uint8_t*>(found) - near_.data());
   };
   runs_.assign(1, {0, current.size()});
