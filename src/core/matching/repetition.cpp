@@ -19,9 +19,9 @@ constexpr double kLeastAmbiguous = 0.1;
 constexpr int kAlike = 36;
 /// Share of the samples that show a pattern. Recordings of streets, rooms and boards of tags stay below a quarter.
 constexpr double kRepeats = 0.25;
-/// The samples are looked at in so many rounds, each all over the view, until fewer than a share show a pattern: where
-/// a quarter of all do, two or more of the 25 of a round do in 99 of 100 cases.
-constexpr size_t kRounds = 4;
+/// The samples are looked at in rounds, each all over the view. The search ends after a round if hardly any of enough
+/// show a pattern. Where a quarter of all do, two of the first 25 do in 99 of 100 cases.
+constexpr size_t kRounds = 4, kFewestLooked = kSamples / kRounds;
 constexpr double kHardlyAny = 0.08;
 /// So many neighbours within a radius, in mean distances of the samples, that take the same step.
 constexpr int kNeighbours = 2;
@@ -80,7 +80,8 @@ std::optional<double> Repetition::period(const Features& reference, const Featur
       ++looked;
       if (static_cast<double>(found + samples - looked) < enough) return std::nullopt;
     }
-    if (static_cast<double>(found) < kHardlyAny * static_cast<double>(looked)) return std::nullopt;
+    const bool hardly_any = static_cast<double>(found) < kHardlyAny * static_cast<double>(looked);
+    if (hardly_any && looked >= kFewestLooked) return std::nullopt;
   }
   const float spacing = std::sqrt(static_cast<float>(current.image_size.area()) / static_cast<float>(samples));
   periods_.clear();

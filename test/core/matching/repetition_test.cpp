@@ -6,6 +6,7 @@
 
 #include "gms_ransac/match_filter.h"
 #include "gms_ransac/status_text.h"
+#include "matching/repetition.h"
 #include "says.h"
 
 namespace gms_ransac {
@@ -65,6 +66,34 @@ TEST(Repetition, EqualTilesDoNotTellWhereTheCameraMoves) {
 TEST(Repetition, StonesOfWhichNoneIsLikeAnotherDo) {
   const cv::Mat floor = floorOf({4000, 4000});
   for (const double share : {0.2, 0.8}) EXPECT_EQ(resultOf(floor, share * kTile).status, Status::kOk) << share;
+}
+
+TEST(Repetition, FewMatchesAreAllLookedAt) {
+  constexpr int kMatches = 24, kPeriod = 60;
+  Features reference, current;
+  reference.image_size = current.image_size = kImage;
+  std::vector<Match> matches;
+  for (int i = 0; i < kMatches; ++i) {
+    const bool repeats = i % 4 != 0;
+    matches.push_back({i, i, 20, static_cast<uint16_t>(repeats ? 20 : 120)});
+    reference.keypoints.emplace_back(static_cast<float>(100 + i % 6 * 60), static_cast<float>(100 + i / 6 * 60), 31.f);
+  }
+  cv::Mat descriptors(kMatches, 32, CV_8UC1), twice;
+  cv::RNG(5).fill(descriptors, cv::RNG::UNIFORM, 0, 256);
+  current.keypoints = reference.keypoints;
+  twice = descriptors.clone();
+  for (int i = 0; i < kMatches; ++i) {
+    if (i % 4 == 0) continue;  // these are looked at first
+    current.keypoints.push_back(reference.keypoints[static_cast<size_t>(i)]);
+    current.keypoints.back().pt.y += kPeriod;
+    twice.push_back(descriptors.row(i));
+  }
+  reference.descriptors.assign(descriptors);
+  current.descriptors.assign(twice);
+  const auto period =
+      Repetition(detectSimdLevel()).period(reference, current, matches, std::vector<uint8_t>(kMatches, 1));
+  ASSERT_TRUE(period);
+  EXPECT_NEAR(*period, kPeriod, 1e-3);
 }
 
 }  // namespace
