@@ -1,7 +1,7 @@
 #!/bin/sh
-# Builds for 64-bit ARM and runs in an emulator
-#   kernels: the kernels of matching and extraction, compared with those for any processor bit by bit;
-#   core:    every method on recorded images, compared with the statuses and numbers of inliers recorded on x86. It needs
+# Builds for 64-bit ARM and runs in an emulator.
+#   kernels: Compares the kernels of matching and extraction bit by bit with those for any processor.
+#   core:    Compares every method on recorded images with the statuses and numbers of inliers recorded on x86. It needs
 #            that processor's packages, which `scripts/arm64` fetches, and sets of GMS_RANSAC_DATA: the road and a desk,
 #            or with `all` every set.
 # usage: run_arm64.sh kernels|core BUILD_DIR [all]; exit status 77 (skipped) where something is missing.

@@ -26,8 +26,8 @@ constexpr double kSameFocalLength = 1e-6;                         // relative
 constexpr double kSameRow = 0.01;                                 // pixels
 constexpr double kShortestBaseline = 0.01, kLongestBaseline = 3;  // metres, of cameras on a robot or a car
 // Share of the left keypoints that are found on their row. It is 0.36 to 0.66 on KITTI. If the right image is one late
-// at 1.2 m an image it is at most 0.18, and 0.13 if it is two rows lower. Below the first limit some
-// are searched above and below as well, and now and then of every stream: at 0.4 m an image a late one may have half.
+// at 1.2 m an image it is at most 0.18, and 0.13 if it is two rows lower. Below the first limit some are
+// searched above and below as well, and now and then of every stream: at 0.4 m an image a late one may have half.
 constexpr double kUsualOnRows = 0.25, kFewOnRows = 0.1;
 constexpr int kLookedAtEvery = 10;  // images
 constexpr int kSearchedBeside = 125;

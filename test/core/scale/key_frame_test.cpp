@@ -46,8 +46,8 @@ class KeyFrameTest : public testing::Test {
     return view;
   }
 
-  /// A drive: its last image in the first one by the key frame, and by the pairs alone. Of `lasting_` tracks one ends
-  /// after `life` images, the others with each. `all_last`: no track ends before.
+  /// A drive: its last image in the first one by the key frame, and by the pairs alone. One of `lasting_` tracks
+  /// ends after `life` images, the others with each. `all_last`: no track ends before.
   void drive(int life, bool all_last = false) {
     std::uniform_real_distribution<double> across(-1, 1), along(5, 20);
     points_.clear();
