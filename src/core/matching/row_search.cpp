@@ -26,13 +26,8 @@ struct Levels {
   int16_t at[kLevels + kShifts] = {};
 
   Levels() = default;
-  Levels(const cv::Mat& image, int left, int top) {
-    uint8_t bytes[kLevels];
-    for (int v = 0; v < kHeight; ++v) std::memcpy(bytes + v * kRow, image.ptr(top + v) + left, kRow);
-    for (int i = 0; i < kLevels; ++i) at[i] = bytes[i];
-  }
   /// The window lies lower by `below` of kWholeRow.
-  Levels(const cv::Mat& image, int left, int top, uint16_t below) {
+  Levels(const cv::Mat& image, int left, int top, uint16_t below = 0) {
     uint8_t bytes[kLevels + kRow] = {};
     for (int v = 0; v < kHeight + (below > 0); ++v) std::memcpy(bytes + v * kRow, image.ptr(top + v) + left, kRow);
     const auto above = static_cast<uint16_t>(kWholeRow - below);
@@ -41,14 +36,19 @@ struct Levels {
       at[i] = static_cast<int16_t>(sum / kWholeRow);
     }
   }
-
-  /// Returns the columns of the window, from `shift` on; zero in the others.
-  Levels inWindow(int shift = 0) const {
-    Levels levels;
-    for (int v = 0; v < kHeight; ++v) std::copy_n(at + v * kRow + shift, kWidth, levels.at + v * kRow);
-    return levels;
-  }
 };
+
+constexpr int16_t kInside[kRow] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+static_assert(kWidth == 11);
+
+/// The columns of the window that begins at `levels`; zero in the others.
+Levels inWindow(const int16_t* levels) {
+  Levels window;
+  for (int v = 0; v < kHeight; ++v) {
+    for (int x = 0; x < kRow; ++x) window.at[v * kRow + x] = static_cast<int16_t>(levels[v * kRow + x] & kInside[x]);
+  }
+  return window;
+}
 
 /// Sums of the window's columns from each shift on.
 struct WindowSums {
@@ -159,19 +159,19 @@ std::optional<double> RowSearch::align(const cv::Point& point, const cv::Point& 
   if (std::min(left - 1, right) < 0 || std::max(left + 1, right) + kRow > left_.cols || std::min(top, right_top) < 0 ||
       std::max(top, right_top + (share > 0)) + kHeight > left_.rows)
     return std::nullopt;
-  const Levels before(left_, left - 1, top), after(left_, left + 1, top), own(left_, left, top),
-      there(right_, right, right_top, share);
+  const Levels around(left_, left - 1, top);
   Levels gradient;
-  for (int i = 0; i < kLevels; ++i) gradient.at[i] = static_cast<int16_t>(after.at[i] - before.at[i]);
-  gradient = gradient.inWindow();
-  const Levels own_window = own.inWindow(), middle = there.inWindow(kReach);
-  const WindowSums there_sums(there);
-  const double own_sum = WindowSums(own).at[0], middle_sum = there_sums.at[kReach];
+  for (int i = 0; i < kLevels; ++i) gradient.at[i] = static_cast<int16_t>(around.at[i + 2] - around.at[i]);
+  gradient = inWindow(gradient.at);
   const double mean = static_cast<double>(WindowSums(gradient).at[0]) / kPixels;
   const double square = sumOfProducts(gradient.at, gradient.at) - mean * mean * kPixels;
   if (square < kLeastGradient * kPixels) return std::nullopt;
+  const Levels own = inWindow(around.at + 1), there(right_, right, right_top, share),
+               middle = inWindow(there.at + kReach);
+  const WindowSums there_sums(there);
+  const double own_sum = WindowSums(own).at[0], middle_sum = there_sums.at[kReach];
   const double gain = std::sqrt((sumOfProducts(middle.at, middle.at) - middle_sum * middle_sum / kPixels) /
-                                (sumOfProducts(own_window.at, own_window.at) - own_sum * own_sum / kPixels));
+                                (sumOfProducts(own.at, own.at) - own_sum * own_sum / kPixels));
   if (!(gain > kLeastGain && gain < kMostGain)) return std::nullopt;
   const double zero = sumOfProducts(gradient.at, own.at) - mean * own_sum;
   double sums[kShifts];  // of gradient times difference, zero where the windows agree
