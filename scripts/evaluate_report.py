@@ -78,7 +78,7 @@ def main():
     try:
         given.call(given)
     except OSError as error:
-        sys.exit("evaluate_report.py: %s: %s" % (error.filename, error.strerror))
+        sys.exit(": ".join(filter(None, ("evaluate_report.py", error.filename, error.strerror))))
     except odometry.BadPoses as error:
         parser.error(str(error))
     return 0

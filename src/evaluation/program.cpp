@@ -220,7 +220,8 @@ void Reporter::add(const std::string& record) {
 int Reporter::finish() {
   const int status = pipe_ ? WEXITSTATUS(pclose(std::exchange(pipe_, nullptr))) : kNoReport;
   if (status == 0 || status == kBadInput) return status;
-  std::fputs("no report: evaluate_report.py is missing or failed; the measurements are complete\n", stderr);
+  const std::string records = out_.empty() || out_ == "-" ? "" : "; the records are complete in " + out_;
+  std::fprintf(stderr, "no report: evaluate_report.py is missing or failed%s\n", records.c_str());
   return kNoReport;
 }
 

@@ -42,6 +42,16 @@ geometry_msgs::TransformStamped transform(double stamp, const std::string& paren
   return result;
 }
 
+/// Runs what writes to the bag; throws with its path if that fails.
+template <typename Call>
+void writing(const std::string& path, const Call& call) {
+  try {
+    call();
+  } catch (const rosbag::BagIOException&) {
+    throw std::runtime_error(path + ": writing failed; is the disk full?");
+  }
+}
+
 }  // namespace
 
 BagWriter::BagWriter(const std::string& path, BagLayout layout, const CameraIntrinsics& intrinsics)
@@ -55,7 +65,14 @@ BagWriter::BagWriter(const std::string& path, BagLayout layout, const CameraIntr
 
 BagWriter::~BagWriter() {
   std::error_code none;  // after close() there is no such file
+  // The bag closes itself, and ends the program if that fails: on a full disk this makes the room for it.
+  std::filesystem::resize_file(active_, 0, none);
   std::filesystem::remove(active_, none);
+}
+
+template <typename Message>
+void BagWriter::write(const std::string& topic, const std_msgs::Header& header, const Message& message) {
+  writing(path_, [&] { bag_.write(topic, header.stamp, message); });
 }
 
 void BagWriter::writeCameraInfo(const std::string& topic, double stamp, const std::string& frame, cv::Size size,
@@ -73,13 +90,13 @@ void BagWriter::writeCameraInfo(const std::string& topic, double stamp, const st
     info.D = k.distortion;
     if (info.distortion_model == "plumb_bob" && !info.D.empty()) info.D.resize(5);
   }
-  bag_.write(topic, info.header.stamp, info);
+  write(topic, info.header, info);
 }
 
 void BagWriter::writeImage(double stamp, const cv::Mat& image) {
   if (layout_ == BagLayout::kKitti) return writeKittiImage("left", stamp, image, intrinsics_, 0);
   const cv_bridge::CvImage message(header(stamp, kOpenNiFrame), encodingOf(image), image);
-  bag_.write("/camera/rgb/image_color", message.header.stamp, message.toImageMsg());
+  write("/camera/rgb/image_color", message.header, message.toImageMsg());
   writeCameraInfo("/camera/rgb/camera_info", stamp, kOpenNiFrame, image.size(), intrinsics_);
 }
 
@@ -91,7 +108,7 @@ void BagWriter::writeKittiImage(const std::string& side, double stamp, const cv:
                                 const CameraIntrinsics& intrinsics, double baseline) {
   const std::string frame = (image.channels() == 3 ? "camera_color_" : "camera_gray_") + side;
   const cv_bridge::CvImage message(header(stamp, frame), encodingOf(image), image);
-  bag_.write("/kitti/" + frame + "/image_rect", message.header.stamp, message.toImageMsg());
+  write("/kitti/" + frame + "/image_rect", message.header, message.toImageMsg());
   writeCameraInfo("/kitti/" + frame + "/camera_info", stamp, frame, image.size(), intrinsics, baseline);
 }
 
@@ -99,7 +116,7 @@ void BagWriter::writeDepth(double stamp, const cv::Mat& depth) {
   cv::Mat metres = depth.clone();
   metres.setTo(std::numeric_limits<float>::quiet_NaN(), depth <= 0);
   const cv_bridge::CvImage message(header(stamp, kOpenNiFrame), sensor_msgs::image_encodings::TYPE_32FC1, metres);
-  bag_.write("/camera/depth/image", message.header.stamp, message.toImageMsg());
+  write("/camera/depth/image", message.header, message.toImageMsg());
   writeCameraInfo("/camera/depth/camera_info", stamp, kOpenNiFrame, depth.size(), intrinsics_);
 }
 
@@ -114,11 +131,11 @@ void BagWriter::writeGroundTruth(double stamp, const Eigen::Isometry3d& camera_p
                           transform(stamp, "/openni_camera", "/openni_rgb_frame", openNiRgbFrame()),
                           transform(stamp, "/openni_rgb_frame", kOpenNiFrame, opticalFrame())};
   }
-  bag_.write("/tf", ros::Time(stamp), message);
+  write("/tf", message.transforms.front().header, message);
 }
 
 void BagWriter::close() {
-  bag_.close();
+  writing(path_, [&] { bag_.close(); });
   std::filesystem::rename(active_, path_);
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include <rosbag/bag.h>
+#include <std_msgs/Header.h>
 #include <Eigen/Geometry>
 #include <opencv2/core/mat.hpp>
 
@@ -33,7 +34,8 @@ class BagWriter {
   BagWriter(const BagWriter&) = delete;
   BagWriter& operator=(const BagWriter&) = delete;
 
-  /// CV_8UC1 or CV_8UC3 (BGR) with its camera_info. Stamps are in seconds, > 0.
+  /// CV_8UC1 or CV_8UC3 (BGR) with its camera_info. Stamps are in seconds, > 0. Throws as the constructor, as all
+  /// below.
   void writeImage(double stamp, const cv::Mat& image);
   /// The image of the right camera at the same moment, with its camera_info; layout kKitti alone.
   void writeRightImage(double stamp, const cv::Mat& image, const RightCamera& camera);
@@ -50,6 +52,9 @@ class BagWriter {
                        const CameraIntrinsics& intrinsics, double baseline = 0);
   void writeKittiImage(const std::string& side, double stamp, const cv::Mat& image, const CameraIntrinsics& intrinsics,
                        double baseline);
+
+  template <typename Message>
+  void write(const std::string& topic, const std_msgs::Header& header, const Message& message);
 
   rosbag::Bag bag_;
   const std::string path_, active_;

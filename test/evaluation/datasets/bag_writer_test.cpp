@@ -215,6 +215,18 @@ TEST_F(Written, KittiFolderOfTwoCamerasBecomesABagOfBoth) {
   EXPECT_EQ(first<sensor_msgs::CameraInfo>(path("rig.bag"), "/kitti/camera_gray_left/camera_info")->P[3], 0);
 }
 
+TEST_F(Written, AFullDiskIsNamedAndKeepsNoBag) {
+  writeTumFolder(*scene_, kFrames, path("full"), [] {});
+  const std::string limited = "trap '' XFSZ; ulimit -f 200; " PROGRAMS;
+  for (const std::string& command :
+       {"/dataset_to_bag " + path("full") + " " + path("full.bag"), "/render_scene -n 4 " + path("full.bag")}) {
+    const Outcome outcome = run(limited + command);
+    EXPECT_EQ(outcome.status, 2) << outcome.text;
+    EXPECT_NE(outcome.text.find("full.bag: writing failed; is the disk full?"), std::string::npos) << outcome.text;
+    EXPECT_FALSE(fs::exists(path("full.bag")) || fs::exists(path("full.bag.active")));
+  }
+}
+
 TEST_F(Written, BadInputIsRefusedAndLeavesNoBag) {
   EXPECT_THROW(BagWriter(path("no/such/folder.bag"), BagLayout::kTum, {}), std::runtime_error);
   EXPECT_THROW(writeTumFolder(*scene_, 1, "/proc/nothing", [] {}), std::runtime_error);
