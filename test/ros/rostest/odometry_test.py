@@ -172,7 +172,8 @@ class OdometryTest(unittest.TestCase):
 
     def test_of_the_base_and_the_walk_through_tf(self):
         client, odom = self.client("of_base", odom=Odometry)
-        client.wait(lambda: self.static.pub_tf.get_num_connections() >= 5, "the filters and us to listen to tf")
+        listeners = lambda: {connection.endpoint_id for connection in self.static.pub_tf.impl.connections}
+        client.wait(lambda: {"/of_base", rospy.get_name()} <= listeners(), "the filter and us to listen to tf")
         # The filter listens to tf for a while before it broadcasts what has come; images keep coming as they would.
         step = self.walk(client, frame="camera_c")
         client.wait(lambda: self.buffer.can_transform("odom", "camera_c", rospy.Time.from_sec(step())) and len(client.stats) > 2,
