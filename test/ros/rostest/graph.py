@@ -211,10 +211,11 @@ def client_of(name, **options):
     return Client(name, name + "/image", name + "/camera_info", **options)
 
 
-def said_by(name=""):
-    """A list that collects what a node, or every node, logs from now on."""
+def said_by(name="", level=Log.DEBUG):
+    """A list that collects what a node, or every node, logs from now on at this level and above."""
     lines = []
-    subscriber = rospy.Subscriber("/rosout", Log, lambda m: lines.append(m.msg) if m.name.endswith(name) else None)
+    subscriber = rospy.Subscriber(
+        "/rosout", Log, lambda m: lines.append(m.msg) if m.name.endswith(name) and m.level >= level else None)
     wait_for(subscriber.get_num_connections, "/rosout")
     return lines
 

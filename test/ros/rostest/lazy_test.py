@@ -8,6 +8,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client as Reconfigure
 from gms_ransac.msg import MatchStats
+from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
 from std_srvs.srv import SetBool
 from tf2_msgs.msg import TFMessage
@@ -18,7 +19,7 @@ from graph import TIMEOUT, Client, client_of, rotation_matrix, run, said_by, vec
 class Lazy(unittest.TestCase):
     def test_it_says_where_images_are_and_what_is_no_image(self):
         client = Client("lazy_filter", image="elsewhere", info="mistaken_filter/image", listen=False)
-        levels, lines = {}, said_by("mistaken_filter")
+        levels, lines, errors = {}, said_by("mistaken_filter"), said_by("mistaken_filter", Log.ERROR)
         reports = []
         diagnostics = rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: (levels.update(
             {(s.name, s.message): s.level for s in m.status}),
@@ -38,7 +39,7 @@ class Lazy(unittest.TestCase):
         client.wait(lambda: said("mistaken_filter", topic + ", which is a sensor_msgs/CameraInfo; it must be a sensor_msgs/Image"),
                     "both types")
         self.assertEqual(set(said("mistaken_filter", "must be a sensor_msgs/Image")), {2})
-        client.wait(lambda: any("must be a sensor_msgs/Image" in line for line in lines), "the log to name both types")
+        client.wait(lambda: any("must be a sensor_msgs/Image" in line for line in errors), "the log to name both types")
         count = len(reports)
         client.wait(lambda: len(reports) > count + 7, "the time in which a silent topic is named")
         self.assertFalse([line for line in lines if "nobody publishes" in line])

@@ -10,8 +10,10 @@ import rospy
 import rostest
 from gms_ransac.msg import MatchStats
 from nodelet.srv import NodeletList, NodeletLoad, NodeletLoadRequest, NodeletUnload
+from rosgraph_msgs.msg import Log
+from tf2_msgs.msg import TFMessage
 
-from graph import FULL, Client, Stream, walk
+from graph import FULL, Client, Stream, said_by, walk
 from processes import pid_of, resident_mb
 
 CYCLES = 200 if FULL else 4
@@ -46,6 +48,11 @@ class Nodelets(unittest.TestCase):
         return [self.first.correspondence(start + 0.1 * i) for i in (1, 2, 3)]
 
     def test_two_answer_the_same_images_as_one_alone(self):
+        """And the second leaves the transform to the first, although both are one node to tf."""
+        transforms, errors = [], said_by("manager", Log.ERROR)
+        listening = rospy.Subscriber("/tf", TFMessage, lambda m: transforms.extend(
+            t.header.stamp for t in m.transforms if t.child_frame_id == "camera_reference"))
+        self.first.wait(listening.get_num_connections, "tf")
         alone = self.answers(10000)
         self.load("/second", threads=2, features=500)
         self.addCleanup(self.unload, "/second")
@@ -57,6 +64,13 @@ class Nodelets(unittest.TestCase):
             self.assertEqual(one.current_in_reference, both.current_in_reference)
         for i in (1, 2, 3):
             self.assertTrue(second.correspondence(20000 + 0.1 * i).pose_valid)
+        stamps = itertools.count(30000)
+        self.first.wait(lambda: self.first.ask(next(other), next(stamps)) and transforms and errors, "transforms, and the refusal")
+        self.assertEqual(len(errors), 1, errors)
+        self.assertIn("/second: ", errors[0])
+        self.assertIn("broadcasts the transform camera -> camera_reference, and a frame can have only one parent", errors[0])
+        self.assertEqual(len(transforms), len(set(transforms)), "each stamp once")
+        listening.unregister()
 
     def test_loaded_and_unloaded_while_images_flow(self):
         before = len(self.first.stats)

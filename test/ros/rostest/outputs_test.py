@@ -1,11 +1,15 @@
 #!/usr/bin/env python3
 """Track ids, keypoints, triangulated points, markers, features, scale, pairs, two cameras, services and diagnostics."""
+import itertools
+import subprocess
 import unittest
 
 import genpy.dynamic
 import numpy as np
+import roslib.packages
 import rospy
 import sensor_msgs.point_cloud2
+import tf2_ros
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistWithCovarianceStamped
 from gms_ransac.msg import Keypoints, MatchStats, StereoFeatures
@@ -108,6 +112,33 @@ class Outputs(unittest.TestCase):
         corner = vector(markers[-1].markers[2].points[1])
         self.assertTrue(0.08 * depths.min() < corner[2] < 0.15 * depths.max(), "the frustum is as large as the scene: %s" % corner)
         self.assertEqual(len(markers[-1].markers[1].points), len(markers[-1].markers[1].colors))
+
+    def test_the_view_of_rviz_is_as_far_as_the_scene_is_deep(self):
+        client, clouds, buffer = client_of("fixed"), [], tf2_ros.Buffer()
+        self.addCleanup(tf2_ros.TransformListener(buffer).unregister)
+        client.subscribe("inlier_points", PointCloud2, clouds)
+        program = roslib.packages.find_node("gms_ransac", "view_frames.py")[0]
+        process = subprocess.Popen([program, "__name:=view", "_fixed_frame:=camera",
+                                    "match_markers:=fixed/match_markers", "inlier_points:=fixed/inlier_points"])
+        self.addCleanup(process.wait)
+        self.addCleanup(process.terminate)
+        client.connect()
+        stamps = itertools.count(1)
+
+        def ahead():
+            """Metres from the camera to the frame that rviz looks at; zero until the depth is known."""
+            i = next(stamps)
+            client.ask(self.frames[i % 2], 400 + 0.1 * i)
+            try:
+                view = buffer.lookup_transform("camera", "match_filter_view", rospy.Time(0)).transform
+                return np.linalg.norm(vector(view.translation))
+            except tf2_ros.TransformException:
+                return 0
+
+        # rviz looks at it from 4 m, and should look at the camera from 1.4 median depths.
+        distance = client.wait(ahead, "a view that knows the depth")
+        depths = [point[0] for point in sensor_msgs.point_cloud2.read_points(clouds[0], ("z",))]
+        self.assertAlmostEqual(abs(4 - 1.4 * np.median(depths)), distance, delta=0.1 * np.median(depths))
 
     def test_depth_gives_metres_and_images_without_it_the_usual_length(self):
         client, start, twist, odom = client_of("depth"), 560.0, [], []

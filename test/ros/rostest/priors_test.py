@@ -133,16 +133,20 @@ class PriorsTest(unittest.TestCase):
         self.assertIn("no rotation prior: the newest sample is", text)
         self.assertIn("/gyro/imu", text)
 
-        # It comes back without numbers.
-        message, stamps = Imu(), iter(self.stamp(self.times[-1] + 0.5) + PERIOD * np.arange(1, 1000))
+        message = Imu()
         message.header.frame_id, message.angular_velocity.z = "imu_link", float("nan")
+        self.refused(sender, "gyro/imu", gyros["gyro"], message, self.times[-1] + 0.5)
+
+    def refused(self, client, topic, sensor, message, after):
+        """The sensor sends this message, whose numbers are impossible: answered all the same, and said."""
+        stamps = iter(self.stamp(after) + PERIOD * np.arange(1, 1000))
 
         def reason():
             message.header.stamp = rospy.Time.from_sec(next(stamps))
-            gyros["gyro"].publish(message)
-            return sender.ask(self.frames[0], message.header.stamp.to_sec()).status_text
+            sensor.publish(message)
+            return client.ask(self.frames[0], message.header.stamp.to_sec()).status_text
 
-        sender.wait(lambda: "messages on /gyro/imu are not used: their numbers are not finite" in reason(), "the reason")
+        client.wait(lambda: "messages on /%s are not used: their numbers are not finite" % topic in reason(), "the reason")
 
     def roll(self, scene, seconds):
         """What a camera sees that reads its middle row at that time."""
@@ -209,6 +213,10 @@ class PriorsTest(unittest.TestCase):
         client.ask(self.frames[chosen[-1] + 3], self.stamp(self.times[chosen[-1] + 3]))
         text = client.ask(self.frames[chosen[-1] + 5], self.stamp(last)).status_text
         self.assertIn("no length: by the odometry the camera stood", text)
+        message = Odometry()
+        message.header.frame_id, message.child_frame_id = "odom", "imu_link"
+        message.pose.pose.orientation.w, message.pose.pose.position.x = 1, float("nan")
+        self.refused(client, "wheels/prior_odom", odometry, message, self.times[chosen[-1] + 5])
 
     def test_tf(self):
         client = client_of("by_tf").connect()
