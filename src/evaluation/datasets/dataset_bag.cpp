@@ -68,7 +68,8 @@ struct OpenBag {
       if (const auto raw = message.instantiate<sensor_msgs::Image>()) {
         found = pixelsOf(*raw, message.getTopic(), colour);
       } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
-        const cv::Mat decoded = cv::imdecode(packed->data, cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
+        constexpr int kAsEncoded = cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION;
+        const cv::Mat decoded = cv::imdecode(packed->data, kAsEncoded);
         if (!decoded.empty()) found = eightBits(decoded, colour);
       }
     } catch (const std::exception& error) {  // a damaged message may make any layer throw

@@ -14,9 +14,11 @@ namespace {
 // Stands in `encoding` before the format of the message; no encoding begins like this.
 const std::string kStillCompressed = "compressed: ";
 
-/// The pixels, as they were encoded: grey or colour in OpenCV's order, of 8 or 16 bits.
+/// The pixels, as they were encoded: grey or colour in OpenCV's order, of 8 or 16 bits. Not turned by an EXIF
+/// orientation, since camera_info describes them as they are.
 sensor_msgs::ImageConstPtr decoded(const sensor_msgs::Image& packed) {
-  const cv::Mat pixels = cv::imdecode(packed.data, cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
+  constexpr int kAsEncoded = cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION;
+  const cv::Mat pixels = cv::imdecode(packed.data, kAsEncoded);
   if (pixels.empty() || (pixels.depth() != CV_8U && pixels.depth() != CV_16U)) return nullptr;
   const std::string encoding = pixels.channels() == 1 ? "mono" : "bgr";
   return cv_bridge::CvImage(packed.header, encoding + (pixels.depth() == CV_16U ? "16" : "8"), pixels).toImageMsg();
