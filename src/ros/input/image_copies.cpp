@@ -27,7 +27,9 @@ std::string copiedPart(const sensor_msgs::Image& before, const sensor_msgs::Imag
                          before.encoding == image.encoding && before.data.size() == image.data.size();
   // An image that is still compressed says no size.
   if (same_kind && image.width == 0 && !image.data.empty() && before.data == image.data) return kWhole;
-  if (!same_kind || image.width == 0 || image.data.size() < row * image.height) return std::string();
+  // A depth image or a right one has not been refused yet if its rows hold no pixels, and may claim any number of them.
+  if (!same_kind || image.width == 0 || row < image.width || image.data.size() < row * image.height)
+    return std::string();
   const size_t period = 2 * (row / image.width);  // two pixels: of a Bayer pattern, or with shared colours
   size_t rows = 0, copied = 0;
   for (size_t y = 0; y < image.height; ++y) {
