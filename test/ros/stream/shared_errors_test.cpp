@@ -70,7 +70,7 @@ TEST(SharedErrors, CovarianceOfACurveAgreesWithMonteCarlo) {
   Matrix6d sum = Matrix6d::Zero();
   for (int run = 0; run < kRuns; ++run) {
     Eigen::Matrix<double, 16, 1> size;
-    for (double& value : size) value = normal(random);
+    for (int i = 0; i < size.size(); ++i) size[i] = normal(random);
     const Vector6d error = kCurve.shared * size;
     PairMotion wrong = kCurve;
     wrong.current_in_reference.t += error.head<3>();
