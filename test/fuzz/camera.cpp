@@ -44,7 +44,7 @@ void checkPixel(const Camera& camera, const cv::Point2f& pixel) {
   demandEmpty(text.str());
 }
 
-/// What is wrong with a camera_info.
+/// A fault of a camera_info.
 enum class Fault {
   kNone,
   kHalfSize,    ///< K of images half as large

@@ -1,4 +1,4 @@
-// How a camera was held, as photographs tell it: programs that show them turn the picture by it.
+// The orientation that a camera notes in its JPEG pictures: programs that show one rotate it by that.
 #pragma once
 
 #include <string>

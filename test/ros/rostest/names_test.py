@@ -39,7 +39,7 @@ class Names(GraphTest):
             output = said(launch, "bag:=/none.bag" if argument[0] in "cvd" else argument, argument)
             self.assertIn(sentence, output)
             self.assertIn("Unable to load", output)
-        # What README shows: the layout of rviz has the frames and lengths that it needs.
+        # The layout of rviz, which README shows, has the frames and lengths that it needs.
         shown = said("match_filter.launch", "image:=/camera/image_raw", "rviz:=true", "overlay_layout:=side_by_side")
         for line in ("publish_odom_tf: true", "invert_odom_tf: true", "scale: propagate", "overlay_layout: side_by_side"):
             self.assertIn("/match_filter/" + line, shown)
