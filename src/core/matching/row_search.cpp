@@ -38,15 +38,10 @@ struct Levels {
   }
 };
 
-constexpr int16_t kInside[kRow] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
-static_assert(kWidth == 11);
-
 /// The columns of the window that begins at `levels`; zero in the others.
 Levels inWindow(const int16_t* levels) {
   Levels window;
-  for (int v = 0; v < kHeight; ++v) {
-    for (int x = 0; x < kRow; ++x) window.at[v * kRow + x] = static_cast<int16_t>(levels[v * kRow + x] & kInside[x]);
-  }
+  for (int v = 0; v < kHeight; ++v) std::copy_n(levels + v * kRow, kWidth, window.at + v * kRow);
   return window;
 }
 
