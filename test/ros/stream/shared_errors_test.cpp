@@ -57,7 +57,7 @@ TEST(SharedErrors, AreGoneOnTheWayBack) {
   const Vector6d there = odometry.camera().pose_covariance.diagonal();
   for (int i = 0; i < 10; ++i) odometry.add(back);
   const Vector6d home = odometry.camera().pose_covariance.diagonal();
-  // All but what is left because the rotation of a step counts from the next one on.
+  // A remainder stays, because the rotation of a step counts from the next one on.
   for (int i = 0; i < 6; ++i) EXPECT_LT(home(i), 0.01 * there(i)) << i;
 }
 
