@@ -20,9 +20,10 @@ FeatureExtractorOptions fuzzedOptions(FuzzInput& input) {
   return options;
 }
 
-/// The pixels of a point: two or four on their border, where keypoints of enlarged images may lie.
+/// The pixel that a point lies in, or the two or four on whose border it lies: there the rounding of coordinates
+/// decides, and keypoints of enlarged images are rounded before they are scaled back.
 cv::Rect pixelsAt(const cv::Point2f& point) {
-  const cv::Point2f margin(0.01f, 0.01f);
+  const cv::Point2f margin(0.001f, 0.001f);  // what single precision loses
   const cv::Point first = point - margin, last = point + margin;
   return {first, last + cv::Point(1, 1)};
 }
