@@ -14,8 +14,8 @@ namespace {
 // Stands in `encoding` before the format of the message; no encoding begins like this.
 const std::string kStillCompressed = "compressed: ";
 
-/// The pixels, as they were encoded: grey or colour in OpenCV's order, of 8 or 16 bits. An EXIF
-/// orientation does not rotate them, since camera_info describes them as they are.
+/// The pixels, as they were encoded: grey or colour in OpenCV's order, of 8 or 16 bits. An EXIF orientation does not
+/// rotate them, since camera_info describes them as they are.
 sensor_msgs::ImageConstPtr decoded(const sensor_msgs::Image& packed) {
   constexpr int kAsEncoded = cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION;
   const cv::Mat pixels = cv::imdecode(packed.data, kAsEncoded);
