@@ -312,8 +312,14 @@ bool agree(const std::string& cells, const std::string& recorded, Level level) {
 int compare(Level level) {
   std::string recorded_with;
   Digests records = readDigests(recorded_with);
-  int compared = 0, different = 0, equal = 0;
+  int compared = 0, different = 0, equal = 0, rows_without_record = 0;
+  std::string without_record;
   for (const auto& [what, rows] : allDigests(level != Level::kOutcomes)) {
+    if (records.count(what) == 0) {  // a user's own sets in GMS_RANSAC_DATA
+      without_record += (without_record.empty() ? "" : ", ") + what;
+      rows_without_record += static_cast<int>(rows.size());
+      continue;
+    }
     for (const auto& [row, cells] : rows) {
       const std::string& recorded = records[what][row];
       ++compared;
@@ -322,6 +328,9 @@ int compare(Level level) {
       ++different;
       std::cout << what << " " << row << ": " << cells << "\n  recorded: " << recorded << "\n";
     }
+  }
+  if (rows_without_record > 0) {
+    std::cout << rows_without_record << " rows have no record and were not compared: " << without_record << "\n";
   }
   const char* checked[] = {"bit by bit", "status and number of inliers", "status, and number of inliers to 3 %"};
   std::cout << compared << " rows of results, level checked: " << checked[static_cast<int>(level)] << ". " << different
