@@ -138,8 +138,9 @@ GROUPS = [
         Row("success_probability", 0.99, "Sampling stops when a sample without outliers was drawn with this probability",
             range=(0.01, 0.999999999)),
         Row("max_iterations", 2000, "Most samples drawn for one pair", range=(1, 1000000)),
-        Row("max_direction_sigma", 10.0, "Status OK needs a direction of translation with at most this standard deviation along "
-            "its widest axis, degrees", range=(0.01, 90), unit="degrees"),
+        Row("min_pose_probability", 0.86, "OK needs a pose with this probability", range=(0.0, 1.0)),
+        Row("min_rotation_probability", 0.8, "LOW_PARALLAX needs a rotation with this probability",
+            range=(0.0, 1.0)),
         Row("calibration_sigma", 0.0, "Relative uncertainty of the focal length, and of the principal point in focal lengths; "
             "widens the covariance", range=(0, 0.2)),
         Row("rolling_shutter_readout", -1.0, "Seconds from the first row of an image to the last. Above 0: a rolling shutter "
@@ -210,6 +211,9 @@ GROUPS = [
             field="core.robust.seed"),
         Row("judge", True, "Require enough spread inliers, parallax and no alternative model; false: accept the model found, as "
             "in the papers", field="core.robust.judge"),
+        Row("max_direction_sigma", 10.0, "Standard deviation of the direction that a pose is judged against, degrees; smaller asks "
+            "for better directions", range=(0.01, 90), unit="degrees",
+            field="core.robust.max_direction_sigma"),
         Row("refine", True, "Robust least squares on the final model; false: as in the textbook (lo_prosac always refines)",
             field="core.robust.refine"),
     ]),

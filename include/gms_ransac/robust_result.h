@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "gms_ransac/evidence.h"
 #include "gms_ransac/relative_pose.h"
 #include "gms_ransac/robust_options.h"
 #include "gms_ransac/shutter.h"
@@ -16,8 +17,7 @@ namespace gms_ransac {
 /// Parts of a camera model that may be wrong.
 enum class CameraParameter : uint8_t { kFocalLength, kPrincipalPoint, kRadialDistortion, kRollingShutter };
 
-/// Why the direction of translation is unknown: the first reason that holds (doc/inside/judgement.md). kDiscontinuity
-/// may also be the reason why there is no model.
+/// Why the direction of translation is unknown: the evidence that weighed most (doc/inside/judgement.md).
 enum class DirectionDoubt : uint8_t {
   kNone,
   kRotationExplains,  ///< a rotation explains the matches as well, alone or with a rolling shutter
@@ -26,9 +26,10 @@ enum class DirectionDoubt : uint8_t {
   kDirection,         ///< the direction is known worse than RobustOptions::max_direction_sigma
   kOtherMotion,       ///< another motion explains the matches as well, or a second body nearly as many
   kDiscontinuity,     ///< it breaks with the motion before, and the matches that continue static tracks do not show it
-  kUnconfirmed,       ///< the pair before does not show it, and it is known worse than to half of max_direction_sigma
+  kUnconfirmed,       ///< the pair before does not show it, and it is not known well enough to stand alone
   kRepetition,        ///< what is seen repeats itself: another place looks like that of the match
-  kFixedToCamera      ///< a part of the view stays in place and the rest moves as one: either may be what is static
+  kFixedToCamera,     ///< a part of the view stays in place and the rest moves as one: either may be what is static
+  kVotes              ///< distinctive matches all over the view do not agree with it
 };
 
 /// The rotation by which rolling-shutter points were corrected.
@@ -57,8 +58,15 @@ struct Effort {
 struct Judgement {
   bool pose_found = false;              ///< needs a calibrated camera
   bool translation_observable = false;  ///< false: no direction known; `pose.t` is a guess (zero: none)
+  bool rotation_observable = false;     ///< false: `pose` is not fit to be published
   DirectionDoubt doubt = DirectionDoubt::kNone;
-  RelativePose pose;
+  RelativePose pose;      ///< `motion` if its direction is known, else `rotation`
+  RelativePose motion;    ///< that explains the matches best, whatever its probability
+  RelativePose rotation;  ///< that is known without a direction of translation; its t is a guess
+  /// That the motion is right (direction to 20 degrees, rotation to 3), and that the rotation is. 0 without
+  /// RobustOptions::judge.
+  double pose_probability = 0, rotation_probability = 0;
+  EvidenceTable evidence;  ///< from which both follow
   /// The rotation that explains the matches best by itself, as RelativePose::R.
   Eigen::Matrix3d rotation_alone = Eigen::Matrix3d::Identity();
   double median_parallax_px = 0;  ///< median over inliers of the displacement that no rotation undoes
@@ -78,8 +86,6 @@ struct Judgement {
 
   /// Drops everything but the storage.
   void clear();
-  /// Takes the direction of translation for unknown from now on; the rotation stays.
-  void refuse(DirectionDoubt reason);
   /// Standard deviation of a keypoint's coordinates, undistorted pixels: sigma_px scale_factor^(noise_exponent octave).
   double sigma(int octave, float scale_factor) const;
 };

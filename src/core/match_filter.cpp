@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -10,6 +11,7 @@
 
 #include "gms/guided_search.h"
 #include "gms/motion_prediction.h"
+#include "judgement/probability.h"
 #include "match_filter_hooks.h"
 #include "matching/any_matcher.h"
 #include "matching/repetition.h"
@@ -18,6 +20,7 @@
 #include "past/continuity.h"
 #include "past/fixed_to_camera.h"
 #include "past/standstill.h"
+#include "past/votes.h"
 #include "support/time_budget.h"
 #include "survivors.h"
 #include "tracks/track_table.h"
@@ -106,13 +109,13 @@ struct MatchFilter::Stages {
   /// Keeps what the motion statistics accept, or what the method has in their place.
   void filter(const FramePair& pair, MatchResult& result);
   void estimate(const FramePair& pair, MatchResult& result);
-  /// Holds the estimate against what else is seen and what was before: another motion may take its place, its direction
-  /// may be refused, or all of it.
+  /// Holds the estimate against what else is seen and what was before: another motion may take its place, or evidence
+  /// is added.
   void judge(const FramePair& pair, MatchResult& result);
 
   /// Where a rotation from another sensor moves the keypoints; null: not known.
   const MotionPrediction* predict(const std::optional<RotationPrior>& prior, const cv::Size& image);
-  /// Refuses the direction of translation where matches also look like the place one period away from theirs.
+  /// Adds as evidence that matches also look like the place one period away from theirs.
   void doubtRepetition(const FramePair& pair, MatchResult& result);
   void setClock(const Clock& seconds);
 
@@ -128,6 +131,7 @@ struct MatchFilter::Stages {
   Repetition repetition;
   FixedToCamera fixed_to_camera;
   Continuity continuity;
+  Votes votes;
   TrackTable tracks;                   ///< of the sequence that is given to `process`
   std::shared_ptr<TimeBudget> budget;  ///< null: no limit
 };
@@ -241,13 +245,15 @@ void MatchFilter::Stages::estimate(const FramePair& pair, MatchResult& result) {
 
 void MatchFilter::Stages::judge(const FramePair& pair, MatchResult& result) {
   const StageTimer timer(clock, result.times.ransac);
+  Judgement& judgement = result.robust.judgement;
   if (options.robust.judge) {
     fixed_to_camera.resolve(*method, camera, result, pair.past);
-    doubtRepetition(pair, result);
-    if (pair.past != nullptr) continuity.check(*method, camera, options.robust, result, *pair.past);
+    if (pair.past != nullptr) continuity.check(*method, camera, result, *pair.past);
+    votes.collect(pair.reference.features, pair.current.features, camera, result);
+    if (judgement.pose_found) decide(options.robust, judgement);
+    if (judgement.rotation_observable) doubtRepetition(pair, result);
   }
-  const Judgement& judgement = result.robust.judgement;
-  const bool may_rest = !judgement.translation_observable && judgement.doubt != DirectionDoubt::kFixedToCamera;
+  const bool may_rest = !judgement.translation_observable && std::isnan(judgement.evidence[Evidence::kFixedToCamera]);
   result.stationary = may_rest && standsStill(pair.reference.features, pair.current.features, result, pair.past);
   flagInliers(method->filterDecides(), result);
 }
@@ -256,13 +262,14 @@ void MatchFilter::Stages::doubtRepetition(const FramePair& pair, MatchResult& re
   RobustResult& robust = result.robust;
   const Features &reference = pair.reference.features, &current = pair.current.features;
   const DescriptorSet& descriptors = reference.descriptors;  // none of points that a caller gives
-  if (!robust.judgement.translation_observable || descriptors.size() == 0 || !descriptors.is256Bit()) return;
+  if (descriptors.size() == 0 || !descriptors.is256Bit()) return;
   const std::optional<double> period = repetition.period(reference, current, result.matches, robust.inlier);
   if (!period) return;
-  robust.judgement.refuse(DirectionDoubt::kRepetition);
+  robust.judgement.evidence[Evidence::kRepetition] = 1;
   // A rotation by a period explains the pattern as well.
   const double angle = *period / camera.meanFocalLength();
-  robust.judgement.pose.covariance.diagonal().tail<3>().array() += angle * angle;
+  robust.judgement.rotation.covariance.diagonal().tail<3>().array() += angle * angle;
+  decide(options.robust, robust.judgement);
 }
 
 MatchFilterOptions MatchFilterOptions::paper() {

@@ -44,11 +44,13 @@ std::string explainDoubt(const MatchResult& result, const RobustOptions& options
     case DirectionDoubt::kMostlyStatic:
       return "most matches show no translation, and the others may lie on moving objects";
     case DirectionDoubt::kRotation:
-      return "the rotation has a standard deviation above one degree, too much for a translation";
+      return "the rotation has too large a standard deviation for a translation to be known";
     case DirectionDoubt::kDirection:
       return cv::format(
-          "the direction of translation has a standard deviation above %smax_direction_sigma (%.3g degrees)", prefix,
-          options.max_direction_sigma);
+          "the direction of translation has too large a standard deviation beside %smax_direction_sigma (%.3g degrees)",
+          prefix, options.max_direction_sigma);
+    case DirectionDoubt::kVotes:
+      return "distinctive matches all over the view do not agree with the motion that most matches have";
     case DirectionDoubt::kOtherMotion:
       return cv::format(
           "a second motion explains the %d filtered matches as well, or part of them; a scene with more depth, a "
@@ -58,10 +60,7 @@ std::string explainDoubt(const MatchResult& result, const RobustOptions& options
       return "the direction of translation breaks with the motion before, and what was static until now does not show "
              "it; something that moves by itself may fill the view";
     case DirectionDoubt::kUnconfirmed:
-      return cv::format(
-          "the direction of translation is not that of the pair before, and its standard deviation is above half of "
-          "%smax_direction_sigma (%.3g degrees)",
-          prefix, options.max_direction_sigma / 2);
+      return "the direction of translation is not that of the pair before, and too uncertain to stand alone";
     case DirectionDoubt::kRepetition:
       return "what is seen repeats itself, so that the matches may all lie a period beside their places: take images "
              "closer together, or of a scene with something unique";
@@ -82,10 +81,6 @@ std::string explainDoubt(const MatchResult& result, const RobustOptions& options
 }
 
 std::string explainRansacFailed(const MatchResult& result) {
-  if (result.robust.judgement.doubt == DirectionDoubt::kDiscontinuity) {
-    return "the direction of translation breaks with the motion before, and too little of what was static until now is "
-           "seen to confirm it; something that moves by itself may fill the view";
-  }
   return cv::format(
       "no model explains enough of the %d filtered matches: the views differ too much, or little of what is seen is "
       "rigid",

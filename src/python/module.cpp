@@ -51,6 +51,7 @@ struct Pair {
   Eigen::Matrix3d model = Eigen::Matrix3d::Zero();
   int keypoints_reference = 0, keypoints_current = 0, inliers = 0, hypotheses = 0;
   double median_parallax_px = 0, rms_error_px = 0, sigma_px = 0, camera_misfit = 0;
+  double pose_probability = 0, rotation_probability = 0;
   StageTimes times;
   std::vector<MatchIndices> matches, raw;  // indices of keypoints of the reference and of the current image
   // Columns: an entry for each of `matches`, in the order of the rows of the core's MatchResult.
@@ -81,9 +82,9 @@ struct Pair {
   static void visitFields(Self& p, const Visit& visit) {
     visit(p.status, p.status_text, p.pose_valid, p.stationary, p.current_in_reference, p.covariance, p.model,
           p.keypoints_reference, p.keypoints_current, p.inliers, p.hypotheses, p.median_parallax_px, p.rms_error_px,
-          p.sigma_px, p.camera_misfit, p.times, p.matches, p.raw, p.reference_points, p.current_points, p.confidence,
-          p.probability, p.residual, p.reference_sigma, p.current_sigma, p.distance, p.track_length, p.track_id,
-          p.stage, p.reference, p.current, p.camera);
+          p.sigma_px, p.camera_misfit, p.pose_probability, p.rotation_probability, p.times, p.matches, p.raw,
+          p.reference_points, p.current_points, p.confidence, p.probability, p.residual, p.reference_sigma,
+          p.current_sigma, p.distance, p.track_length, p.track_id, p.stage, p.reference, p.current, p.camera);
   }
 
   /// Points of the inliers, none where no direction is known.
@@ -126,6 +127,8 @@ struct Pair {
     rms_error_px = robust.rms_error_px;
     sigma_px = robust.judgement.sigma_px;
     camera_misfit = robust.judgement.camera_misfit;
+    pose_probability = robust.judgement.pose_probability;
+    rotation_probability = robust.judgement.rotation_probability;
     times = result.times;
   }
 
@@ -479,6 +482,8 @@ Counts: keypoints_reference, keypoints_current, matches_raw (M), matches_gms (N)
 Pixels: median_parallax_px (displacement of the inliers without the rotation), rms_error_px (of the inliers against the
   model), sigma_px (of a keypoint of the finest level; 0: unknown)
 camera_misfit: contradiction between matches and camera model; often above 1 with a good calibration
+pose_probability, rotation_probability: that the motion found is right (rotation to 3 degrees, direction to 20), and
+  that its rotation is; 0 without judge
 Seconds: time_detect, time_match, time_gms, time_ransac)";
 
 constexpr const char* kTriangulateText = R"(triangulate(minimum_parallax=0.0035)
@@ -641,6 +646,8 @@ void definePair(py::module& m) {
   type.def_readonly("rms_error_px", &Pair::rms_error_px);
   type.def_readonly("sigma_px", &Pair::sigma_px);
   type.def_readonly("camera_misfit", &Pair::camera_misfit);
+  type.def_readonly("pose_probability", &Pair::pose_probability);
+  type.def_readonly("rotation_probability", &Pair::rotation_probability);
   const auto define = [&type](const char* name, auto getter) { type.def_property_readonly(name, getter); };
   define("matches", [](const Pair& pair) { return viewOf<int32_t, 2>(pair.matches); });
   define("raw", [](const Pair& pair) { return viewOf<int32_t, 2>(pair.raw); });

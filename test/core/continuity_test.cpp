@@ -1,5 +1,6 @@
 // Answers compared with the past of their stream, on drawn scenes with a body that moves by itself.
 #include "past/continuity.h"
+#include "judgement/probability.h"
 
 #include <algorithm>
 #include <cmath>
@@ -58,7 +59,8 @@ Answer answer(const TwoViewScene& scene, double tracks, int steady, const Robust
   const auto method = makeEstimator("lo_prosac", robust);
   method->estimate(scene.pairs, scene.camera, result.robust);
   if (tracks >= 0) {
-    Continuity().check(*method, scene.camera, robust, result, answer.past);
+    Continuity().check(*method, scene.camera, result, answer.past);
+    decide(robust, result.robust.judgement);
     continuePast(result, answer.past);
   }
   answer.robust = result.robust;
@@ -120,7 +122,7 @@ TEST(Continuity, WithoutTracksASteadyStreamWaitsAndThenGoesOn) {
   const TwoViewScene scene = makeView(1, 0);
   for (const int steady : {2, 4}) {
     const Answer held = answer(scene, 0, steady);
-    EXPECT_FALSE(held.robust.judgement.pose_found);
+    EXPECT_FALSE(held.ok());
     EXPECT_EQ(held.robust.judgement.doubt, DirectionDoubt::kDiscontinuity);
     EXPECT_EQ(held.past.steady, steady - 1);
   }

@@ -1,5 +1,6 @@
 // Something that is fixed to the camera before a view that moves, on drawn scenes; and what only looks like it.
 #include "past/fixed_to_camera.h"
+#include "judgement/probability.h"
 
 #include <cmath>
 #include <string>
@@ -64,6 +65,7 @@ Settled settle(const TwoViewScene& scene, bool by_tracks = false) {
   Settled settled;
   settled.alone = result.robust;
   FixedToCamera().resolve(*method, scene.camera, result, by_tracks ? &past : nullptr);
+  decide(options, result.robust.judgement);
   settled.robust = result.robust;
   settled.status = statusOf(result.robust, scene.camera);
   StatusCircumstances of_node;
@@ -88,7 +90,7 @@ TEST(FixedToCamera, TheRotationIsThatOfTheViewBehindItOrOpen) {
       const Settled settled = settle(scene);
       EXPECT_NE(settled.status, Status::kOk);
       EXPECT_LT(errorOf(settled.robust, kRotation), std::max(0.5, 3 * rotationSigma(settled.robust)));
-      if (settled.robust.judgement.doubt == DirectionDoubt::kFixedToCamera) continue;
+      if (settled.robust.judgement.evidence[Evidence::kFixedToCamera] > 0) continue;
       ++found;
       EXPECT_LT(errorOf(settled.robust, kRotation), 0.5);
       for (size_t i = 0; i < scene.body.size(); ++i) {
@@ -113,9 +115,12 @@ TEST(FixedToCamera, WithoutAMajorityBothMotionsArePossible) {
   for (uint64_t seed = 1; seed <= kViews; ++seed) {
     const Settled settled = settle(makeOverlay(seed, 0.6));
     wrong_alone += errorOf(settled.alone, kRotation) > 1;
-    if (settled.robust.judgement.doubt != DirectionDoubt::kFixedToCamera) continue;
+    if (!(settled.robust.judgement.evidence[Evidence::kFixedToCamera] > 0.1)) continue;
     ++open;
-    EXPECT_TRUE(says(settled.text, {"a part of the view stays in place", "a ~mask over what is fixed to the camera"}));
+    if (settled.robust.judgement.doubt == DirectionDoubt::kFixedToCamera) {
+      EXPECT_TRUE(
+          says(settled.text, {"a part of the view stays in place", "a ~mask over what is fixed to the camera"}));
+    }
     EXPECT_FALSE(settled.robust.judgement.translation_observable);
     EXPECT_LT(errorOf(settled.robust, kRotation), 4 * rotationSigma(settled.robust));
     EXPECT_LT(errorOf(settled.robust, {0, 0, 0}), 3 * rotationSigma(settled.robust));

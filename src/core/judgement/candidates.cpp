@@ -24,8 +24,6 @@ constexpr double kSameSigmas = 5;
 
 /// Share of the inliers without parallax, beyond which a body that moves by itself may be all that moves.
 constexpr double kMostStatic = 0.45;
-/// The same of those that the pose itself puts at infinity. Views of which two fifths are background show less.
-constexpr double kMostAtInfinity = 0.4;
 
 /// How far the statistic is believed where explanations are weighed: 1 is the letter of a likelihood ratio of
 /// independent cells, and too much. From 6 to 24 the recordings differ little.
@@ -283,8 +281,6 @@ void countStatic(const RefinedPose& refined, const RotationAlone& alone, Verdict
 
 }  // namespace
 
-bool Verdict::rotationExplains() const { return std::min(rotation, rolling) < kSurelyBetter; }
-bool Verdict::mostlyStatic() const { return static_share > kMostStatic || share_at_infinity > kMostAtInfinity; }
 bool Verdict::onlyRotated() const { return static_share > kMostStatic || rotation < 0; }
 
 void fitRotation(const RefinedPose& refined, RotationAlone& alone) {
@@ -342,9 +338,12 @@ void compareMotions(const RefinedPose& refined, double direction_sigma, const st
     const double against = againstMotion(refined, same_within, count, kFinalIterations, storage, motion);
     if (against >= kSurelyBetter) continue;
     const bool by_chance = alternative.of_plane || (motion.t.dot(refined.pose.t) < 0 && camera_decides());
-    if (against >= (by_chance ? kSurelyBetter : kLeastVuong)) continue;
+    const double limit = by_chance ? kSurelyBetter : kLeastVuong;
+    if (angleBetween(motion, refined.pose) > kOtherDirection) {
+      verdict.other_motion = std::min(verdict.other_motion, against / limit);
+    }
+    if (against >= limit) continue;
     refined.plausibleModel().refine(refined.noise.loss(), kFinalIterations, motion, kEnough);
-    verdict.other_motion |= angleBetween(motion, refined.pose) > kOtherDirection;
     const PoseVector step = poseStep(refined.pose, motion);
     verdict.spread += step * step.transpose();
   }

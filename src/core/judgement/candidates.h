@@ -67,17 +67,13 @@ Explanation togetherOf(std::initializer_list<Explanation> explanations);
 struct Verdict {
   /// vuongStatistic of the pose against the rotation alone, and against it with a rolling shutter.
   double rotation = std::numeric_limits<double>::infinity(), rolling = std::numeric_limits<double>::infinity();
-  bool other_motion = false;               ///< a motion with another direction explains the matches as well
+  double other_motion = 3;                 ///< least statistic of the pose against another direction, over its limit
   PoseSquare spread = PoseSquare::Zero();  ///< of the motions that do, about the pose: any of them may be true
   double static_share = 0;       ///< estimated share of the pose's inliers that the rotation alone leaves no parallax
   double share_at_infinity = 0;  ///< and of those that the pose's own rotation leaves none
 
-  /// True if a rotation explains the matches as well as the pose.
-  bool rotationExplains() const;
   /// True if one explains them better.
   bool rotationIsBetter() const { return std::min(rotation, rolling) < 0; }
-  /// True if what shows a translation may be a body that moves by itself.
-  bool mostlyStatic() const;
   /// True if the camera is taken to have only rotated: what moves besides moves by itself.
   bool onlyRotated() const;
 };

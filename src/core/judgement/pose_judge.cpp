@@ -1,9 +1,12 @@
 #include "judgement/pose_judge.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Cholesky>
 
+#include "judgement/probability.h"
 #include "two_view/translation_variance.h"
 
 namespace gms_ransac {
@@ -11,17 +14,11 @@ namespace gms_ransac {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-/// With a larger uncertainty, the three axes together, a rotation is unusable.
-constexpr double kMostRotationSigma = 1 * kDegree;
 /// From this contradiction on the errors of the camera exceed the typical ones, and the rotation must be known in spite
 /// of them.
 constexpr double kBeyondCameras = 10;
-/// Largest support of another motion among the other matches, as a share of the pose's own. The second limit holds if
-/// the matches contradict the camera, because the pose may then join two bodies.
-constexpr double kMostOfSecond = 0.8, kMostOfSecondJoined = 0.6;
-/// Where a part of the view contradicts the rest, both have to know the direction by themselves to this standard
-/// deviation. A direction that is neither's fits as well: the body has much parallax, and what stands still has little.
-constexpr double kKnownByItself = 4 * kDegree;
+/// Least support of a second motion, as a share of the pose's own, that is looked for.
+constexpr double kLeastOfSecond = 0.6;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
 
@@ -58,9 +55,11 @@ void measure(const RobustOptions& options, bool move, TwoViewPose pose, RefinedP
   if (options.judge) refined.worst_break = findBreak(refined.information, variance);
 }
 
-bool rotationIsKnown(const PoseCovariance& known) {
+/// Standard deviation of the rotation, the three axes together, radians: with a perfect camera, unless the matches
+/// contradict it.
+double rotationSigma(const PoseCovariance& known) {
   const PoseSquare& covariance = known.camera.statistic < kBeyondCameras ? known.of_matches : known.covariance;
-  return covariance.topLeftCorner<3, 3>().trace() <= kMostRotationSigma * kMostRotationSigma;
+  return std::sqrt(covariance.topLeftCorner<3, 3>().trace());
 }
 
 /// Returns the pose with its rotation moved towards the preferred one, and the covariance widened by the step.
@@ -87,7 +86,18 @@ RelativePose publishRotation(const TwoViewPose& optimum, const Explanation& expl
   const Eigen::Matrix3d& R = explanation.R;
   RelativePose pose = fromReferenceToCurrent(R, R * optimum.R.transpose() * optimum.t);
   pose.covariance.bottomRightCorner<3, 3>() = R.transpose() * explanation.covariance * R;
+  setTranslationVariance(kAnyDirection, pose.covariance);
   return pose;
+}
+
+RelativePose withoutDirection(RelativePose pose) {
+  setTranslationVariance(kAnyDirection, pose.covariance);
+  return pose;
+}
+
+double shareOfInliers(const MatchNoise& noise, int count) {
+  const auto end = noise.residuals().begin() + count;
+  return static_cast<double>(std::count_if(noise.residuals().begin(), end, [](float e) { return e < 1; })) / count;
 }
 
 }  // namespace
@@ -108,11 +118,19 @@ const Judgement& PoseJudge::judge(const RefinedPose& refined, const TwoViewPose&
                                   const std::vector<AlternativeMotion>& alternatives, bool shutter_may_roll) {
   fitRotation(refined, alone_);
   const Verdict verdict = options_.judge ? compare(refined, alternatives, shutter_may_roll) : Verdict();
-  const DirectionDoubt reason = options_.judge ? doubt(refined, verdict) : DirectionDoubt::kNone;
-  judgement_.pose = reason == DirectionDoubt::kNone
-                        ? publish(refined, preferred, refined.covariance.covariance + verdict.spread)
-                        : publishRotation(refined.pose, rotationWithoutTranslation(refined, alone_, verdict));
-  return conclude(refined, reason, verdict.onlyRotated());
+  judgement_.motion = publish(refined, preferred, refined.covariance.covariance + verdict.spread);
+  if (options_.judge) {
+    judgement_.evidence = evidenceOf(refined, verdict);
+    judgement_.rotation = judgement_.motion;
+    decide(options_, judgement_);
+    judgement_.rotation = judgement_.translation_observable
+                              ? withoutDirection(judgement_.motion)
+                              : publishRotation(refined.pose, rotationWithoutTranslation(refined, alone_, verdict));
+    decide(options_, judgement_);
+  } else {
+    accept();
+  }
+  return conclude(refined, verdict.onlyRotated());
 }
 
 const Judgement& PoseJudge::judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d& R) {
@@ -121,9 +139,23 @@ const Judgement& PoseJudge::judgeRotation(const TwoViewPoints& points, const Eig
   refined_.covariance = {};
   measureNoise({R, Eigen::Vector3d::UnitZ()}, refined_);
   fitRotation(refined_, alone_);
-  judgement_.pose =
+  judgement_.rotation =
       publishRotation({R, Eigen::Vector3d::Zero()}, {alone_.R, rotationCovariance(refined_.model(), alone_.R), 0});
-  return conclude(refined_, DirectionDoubt::kRotationExplains, true);
+  judgement_.motion = judgement_.rotation;
+  judgement_.evidence = EvidenceTable();
+  judgement_.evidence[Evidence::kRotation] = -std::numeric_limits<double>::infinity();
+  judgement_.evidence[Evidence::kInlierShare] = shareOfInliers(refined_.noise, points.size());
+  decide(options_, judgement_);
+  return conclude(refined_, true);
+}
+
+void PoseJudge::accept() {
+  judgement_.evidence = EvidenceTable();
+  judgement_.pose_probability = judgement_.rotation_probability = 0;
+  judgement_.translation_observable = judgement_.rotation_observable = true;
+  judgement_.doubt = DirectionDoubt::kNone;
+  judgement_.rotation = withoutDirection(judgement_.motion);
+  judgement_.pose = judgement_.motion;
 }
 
 Verdict PoseJudge::compare(const RefinedPose& refined, const std::vector<AlternativeMotion>& alternatives,
@@ -138,35 +170,32 @@ Verdict PoseJudge::compare(const RefinedPose& refined, const std::vector<Alterna
   return verdict;
 }
 
-DirectionDoubt PoseJudge::doubt(const RefinedPose& refined, const Verdict& verdict) {
-  const PoseSquare &own = refined.covariance.covariance, with_motions = own + verdict.spread;
-  if (verdict.rotationExplains()) return DirectionDoubt::kRotationExplains;
-  if (verdict.mostlyStatic()) return DirectionDoubt::kMostlyStatic;
-  if (!rotationIsKnown(refined.covariance)) return DirectionDoubt::kRotation;
-  if (!directionIsKnown(own)) return DirectionDoubt::kDirection;
-  const bool torn = refined.worst_break.weaker_side * directionSigma(with_motions) > kKnownByItself;
-  const bool other = verdict.other_motion || !directionIsKnown(with_motions) || torn || secondIsAsLarge(refined);
-  return other ? DirectionDoubt::kOtherMotion : DirectionDoubt::kNone;
+EvidenceTable PoseJudge::evidenceOf(const RefinedPose& refined, const Verdict& verdict) {
+  const double direction_sigma = directionSigma(refined.covariance.covariance + verdict.spread) / kDegree;
+  EvidenceTable evidence;
+  evidence[Evidence::kRotation] = std::min(verdict.rotation, verdict.rolling);
+  evidence[Evidence::kStatic] = verdict.static_share;
+  evidence[Evidence::kInfinity] = verdict.share_at_infinity;
+  evidence[Evidence::kRotationSigma] = rotationSigma(refined.covariance) / kDegree;
+  evidence[Evidence::kDirectionSigma] = direction_sigma / options_.max_direction_sigma;
+  evidence[Evidence::kOtherMotion] = verdict.other_motion;
+  const double second = segmentation_.shareOfSecond(refined, kLeastOfSecond);
+  if (second > 0) evidence[Evidence::kSecondBody] = second;
+  evidence[Evidence::kTorn] = refined.worst_break.weaker_side * direction_sigma;
+  evidence[Evidence::kInlierShare] = shareOfInliers(refined.noise, refined.points->size());
+  return evidence;
 }
 
 bool PoseJudge::directionIsKnown(const PoseSquare& covariance) const {
   return directionSigma(covariance) <= options_.max_direction_sigma * kDegree;
 }
 
-bool PoseJudge::secondIsAsLarge(const RefinedPose& refined) {
-  const double most = refined.covariance.camera.statistic > 1 ? kMostOfSecondJoined : kMostOfSecond;
-  return segmentation_.shareOfSecond(refined, most) > most;
-}
-
-const Judgement& PoseJudge::conclude(const RefinedPose& refined, DirectionDoubt doubt, bool rotated) {
+const Judgement& PoseJudge::conclude(const RefinedPose& refined, bool rotated) {
   const TwoViewPoints& points = *refined.points;
   const MatchNoise& noise = refined.noise;
   const CameraTest& camera = refined.covariance.camera;
   judgement_.pose_found = true;
   judgement_.rotation_alone = alone_.R.transpose();
-  judgement_.doubt = doubt;
-  judgement_.translation_observable = doubt == DirectionDoubt::kNone;
-  if (!judgement_.translation_observable) setTranslationVariance(kAnyDirection, judgement_.pose.covariance);
   judgement_.median_parallax_px = alone_.median_parallax * points.pixelsPerUnit();
   judgement_.camera_misfit = camera.statistic;
   judgement_.misfit_parameter = camera.parameter;

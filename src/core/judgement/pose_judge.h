@@ -1,5 +1,5 @@
-// The room judgement decides how good an answer is and never looks for another one. A new doubt is a DirectionDoubt, a
-// rule here, and a sentence in status_text.cpp.
+// The room judgement decides how good an answer is and never looks for another one. A new kind of
+// evidence is a number of Evidence, a row of probability.cpp, and a sentence in status_text.cpp.
 //
 // Judges the motion of a pair, from any estimator, by its matches: noise, segmentation, covariance, the table of
 // candidate motions, a verdict, probabilities. doc/inside/judgement.md has the formulas.
@@ -38,13 +38,12 @@ class PoseJudge {
   /// Compares a pose with the candidates; empty without RobustOptions::judge.
   Verdict compare(const RefinedPose& refined, const std::vector<AlternativeMotion>& alternatives,
                   bool shutter_may_roll);
-  /// The first reason why the direction of translation is unknown, or kNone.
-  DirectionDoubt doubt(const RefinedPose& refined, const Verdict& verdict);
+  EvidenceTable evidenceOf(const RefinedPose& refined, const Verdict& verdict);
+  /// Takes the motion for right.
+  void accept();
   bool directionIsKnown(const PoseSquare& covariance) const;
-  /// True if a second rigid body explains so many of the other matches that it may be the world as well.
-  bool secondIsAsLarge(const RefinedPose& refined);
-  /// Fills all but the pose. `rotated`: matches are weighed by what the rotation leaves of them.
-  const Judgement& conclude(const RefinedPose& refined, DirectionDoubt doubt, bool rotated);
+  /// Fills all but poses and what is known of them. `rotated`: matches are weighed by what the rotation leaves of them.
+  const Judgement& conclude(const RefinedPose& refined, bool rotated);
 
   RobustOptions options_;
   // Storage of what the steps hand on.

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
 #include "judgement/candidates.h"
 #include "past/standstill.h"
 #include "two_view/pose_model.h"
@@ -17,17 +15,10 @@ namespace {
 constexpr int kSteady = 2, kMostSteady = 4;
 /// In a hand one in ten pairs whose direction nothing before shows is wrong, most with near and far exchanged. If the
 /// pair before shows it, be it as a guess, one in sixty is. Certain to half the limit, the others are as good.
-constexpr double kShown = 30 * M_PI / 180, kShareOfLimit = 0.5;
+constexpr double kShown = 30 * M_PI / 180;
 constexpr float kLikelyStatic = 0.5f;  ///< least probability of a match whose keypoint is static
 
 bool isSame(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.dot(b) > std::cos(kOtherDirection); }
-
-/// Standard deviation along the widest axis, radians.
-double directionSigma(const RelativePose& pose) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(Eigen::Matrix3d(pose.covariance.topLeftCorner<3, 3>()),
-                                                            Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, axes.eigenvalues().z()));
-}
 
 /// The answer has the direction that the pairs before it had.
 bool continues(const RobustResult& answer, const Past& past) {
@@ -54,7 +45,7 @@ void markStatic(const MatchResult& result, Past& past) {
   const RobustResult& robust = result.robust;
   past.reference_static.resize(static_cast<size_t>(result.keypoints_reference), 0);
   past.current_static.assign(static_cast<size_t>(result.keypoints_current), 0);
-  const bool known = robust.judgement.doubt != DirectionDoubt::kFixedToCamera;
+  const bool known = std::isnan(robust.judgement.evidence[Evidence::kFixedToCamera]);
   for (size_t row = 0; row < result.matches.size(); ++row) {
     const Match& match = result.matches[row];
     past.current_static[static_cast<size_t>(match.current)] =
@@ -65,8 +56,7 @@ void markStatic(const MatchResult& result, Past& past) {
 
 }  // namespace
 
-void Continuity::check(Method& method, const Camera& camera, const RobustOptions& options, MatchResult& result,
-                       const Past& past) {
+void Continuity::check(Method& method, const Camera& camera, MatchResult& result, const Past& past) {
   RobustResult& robust = result.robust;
   const bool known = robust.judgement.translation_observable;
   if (robust.judgement.pose_found && (known || past.steady > 0) && !continues(robust, past)) {
@@ -74,25 +64,20 @@ void Continuity::check(Method& method, const Camera& camera, const RobustOptions
     const RobustResult& alone = tracks_.robust;
     tracks_.clear();
     if (static_cast<int>(tracks_.rows.size()) >= kEnoughTracks) tracks_.estimate(method, camera, result);
-    if (!known) {
-      if (alone.judgement.translation_observable && continues(alone, past)) tracks_.replace(camera, result);
-    } else if (!alone.judgement.pose_found) {
-      if (past.steady >= kSteady) robust.reject();
-      if (!robust.judgement.pose_found) robust.judgement.doubt = DirectionDoubt::kDiscontinuity;
-    } else if (!isSame(alone.judgement.pose.t, robust.judgement.pose.t)) {
-      const RelativePose refused = robust.judgement.pose;
-      const bool shown = alone.judgement.translation_observable && continues(alone, past);
+    const bool continued = alone.judgement.translation_observable && continues(alone, past);
+    const bool confirmed =
+        known && alone.judgement.pose_found && isSame(alone.judgement.pose.t, robust.judgement.pose.t);
+    if (continued && !confirmed) {
       tracks_.replace(camera, result);
-      if (!shown) {
-        robust.judgement.refuse(DirectionDoubt::kDiscontinuity);
-        widen(refused.R, 1, robust.judgement.pose);
-      }
+    } else if (known && !confirmed && alone.judgement.translation_observable) {
+      robust.judgement.evidence[Evidence::kDiscontinuity] = 1;
+      widen(alone.judgement.pose.R, 1, robust.judgement.rotation);
+    } else if (known && !confirmed && past.steady >= kSteady) {
+      robust.judgement.evidence[Evidence::kDiscontinuity] = 0;
     }
   }
-  const double limit = kShareOfLimit * options.max_direction_sigma * M_PI / 180;
-  if (robust.judgement.translation_observable && robust.judgement.pose.t.dot(past.guess) < std::cos(kShown) &&
-      directionSigma(robust.judgement.pose) > limit) {
-    robust.judgement.refuse(DirectionDoubt::kUnconfirmed);
+  if (robust.judgement.motion.t.dot(past.guess) < std::cos(kShown)) {
+    robust.judgement.evidence[Evidence::kUnconfirmed] = robust.judgement.evidence[Evidence::kDirectionSigma];
   }
 }
 

@@ -8,7 +8,6 @@
 #include "gms_ransac/camera.h"
 #include "gms_ransac/match_result.h"
 #include "gms_ransac/past.h"
-#include "gms_ransac/robust_options.h"
 #include "methods/method.h"
 #include "past/subset_estimate.h"
 
@@ -20,7 +19,7 @@ class Continuity {
   /// that motion becomes the result; where they are too few to show any, a steady stream refuses the pair. If the
   /// direction is not known and the static tracks alone continue the stream, their motion becomes the result. A
   /// direction that the pair before did not show at all must be known twice as well as others.
-  void check(Method& method, const Camera& camera, const RobustOptions& options, MatchResult& result, const Past& past);
+  void check(Method& method, const Camera& camera, MatchResult& result, const Past& past);
 
  private:
   /// Selects the matches that continue static tracks.

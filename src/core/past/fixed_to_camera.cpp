@@ -80,9 +80,11 @@ void FixedToCamera::resolve(Method& method, const Camera& camera, MatchResult& r
     others_.replace(camera, result);
     for (const int row : fixed_) robust.judgement.probability[static_cast<size_t>(row)] = 0;
   } else if (robust.judgement.pose_found) {
-    widen(Eigen::Matrix3d::Identity(), 1, robust.judgement.pose);
-    widen(others_.robust.judgement.pose.R, 1 - rest, robust.judgement.pose);
-    if (1 - rest > kImprobable) robust.judgement.refuse(DirectionDoubt::kFixedToCamera);
+    for (RelativePose* pose : {&robust.judgement.motion, &robust.judgement.rotation}) {
+      widen(Eigen::Matrix3d::Identity(), 1, *pose);
+      widen(others_.robust.judgement.pose.R, 1 - rest, *pose);
+    }
+    robust.judgement.evidence[Evidence::kFixedToCamera] = 1 - rest;
   }
 }
 

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "two_view/translation_variance.h"
-
 namespace gms_ransac {
 
 Effort& Effort::operator+=(const Effort& other) {
@@ -29,12 +27,6 @@ void Judgement::clear() {
 
 double Judgement::sigma(int octave, float scale_factor) const {
   return sigma_px * std::pow(static_cast<double>(scale_factor), noise_exponent * octave);
-}
-
-void Judgement::refuse(DirectionDoubt reason) {
-  translation_observable = false;
-  doubt = reason;
-  setTranslationVariance(kAnyDirection, pose.covariance);
 }
 
 void RobustResult::clear() {

@@ -72,6 +72,25 @@ std::vector<double> numbersOf(const Matrix& matrix) {  // by columns
   return std::vector<double>(matrix.data(), matrix.data() + matrix.size());
 }
 
+/// All that the probabilities were computed from, for fitting their weights: evidence by name, NaN as null, and the two
+/// motions that may be published.
+json judgementRecord(const Judgement& judgement) {
+  json record, evidence;
+  for (size_t k = 0; k < EvidenceTable::kSize; ++k) {
+    const auto kind = static_cast<Evidence>(k);
+    const double value = judgement.evidence[kind];
+    evidence[toString(kind)] = std::isfinite(value) ? json(value)
+                               : std::isnan(value)  ? json()
+                                                    : json(value < 0 ? -1e9 : 1e9);
+  }
+  record["evidence"] = evidence;
+  record["motion_R"] = numbersOf(Eigen::Matrix3d(judgement.motion.R.transpose()));
+  record["motion_t"] = numbersOf(judgement.motion.t);
+  record["rotation_R"] = numbersOf(Eigen::Matrix3d(judgement.rotation.R.transpose()));
+  record["rotation_t"] = numbersOf(judgement.rotation.t);
+  return record;
+}
+
 json answerRecord(const MatchFilterOptions& options, const MatchResult& result) {
   const RobustResult& robust = result.robust;
   const StageTimes& times = result.times;
@@ -112,12 +131,17 @@ json answerRecord(const MatchFilterOptions& options, const MatchResult& result) 
     record["rms_error_px"] = robust.rms_error_px;
     record["sigma_px"] = robust.judgement.sigma_px;
   }
-  if (hasPose(result)) {
-    record["R"] = numbersOf(Eigen::Matrix3d(robust.judgement.pose.R.transpose()));
-    record["t"] = numbersOf(robust.judgement.pose.t);
+  if (robust.judgement.pose_found) {
+    // The likeliest motion is kept where no pose is known.
+    const RelativePose& pose = hasPose(result) ? robust.judgement.pose : robust.judgement.motion;
+    record["R"] = numbersOf(Eigen::Matrix3d(pose.R.transpose()));
+    record["t"] = numbersOf(pose.t);
     record["median_parallax_px"] = robust.judgement.median_parallax_px;
-    record["covariance"] = numbersOf(robust.judgement.pose.covariance);
+    record["covariance"] = numbersOf(pose.covariance);
   }
+  if (robust.judgement.pose_found && options.robust.judge) record["judgement"] = judgementRecord(robust.judgement);
+  record["pose_probability"] = robust.judgement.pose_probability;
+  record["rotation_probability"] = robust.judgement.rotation_probability;
   return record;
 }
 
@@ -130,6 +154,7 @@ json truthRecord(const std::optional<Eigen::Isometry3d>& pose, const MatchResult
   record["pose_error"] = record["noise"] = record["epipolar"] = record["transfer"] = nullptr;
   if (!pose) return record;
   record["translation_m"] = numbersOf(Eigen::Vector3d(pose->translation()));
+  record["R"] = numbersOf(Eigen::Matrix3d(pose->linear().transpose()));
   record["moved"] = hasMoved(pose->translation().norm(), noise);
   if (!noise.exact()) {
     record["noise"] = {{"rotation", numbersOf(pair_noise.rotation)},

@@ -79,6 +79,9 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
     message.current_sigma[entry++] = current_sigma[to.octave];
   });
   message.pose_valid = processed.poseValid();
+  const Judgement& judgement = processed.pair->result.robust.judgement;
+  message.pose_probability = static_cast<float>(judgement.pose_probability);
+  message.rotation_probability = static_cast<float>(judgement.rotation_probability);
   message.metric_scale = processed.metric_scale;
   message.current_in_reference = geometry_msgs::PoseWithCovariance();
   message.current_in_reference.pose.orientation.w = 1;
@@ -155,6 +158,8 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
     const double focal_lengths = rowsInFocalLengths(*processed.current);
     message.shutter_readout = static_cast<float>(focal_lengths * result.shutter.readout);
     message.shutter_readout_sigma = static_cast<float>(focal_lengths * result.shutter.deviation);
+    message.pose_probability = static_cast<float>(result.robust.judgement.pose_probability);
+    message.rotation_probability = static_cast<float>(result.robust.judgement.rotation_probability);
     message.camera_misfit = static_cast<float>(result.robust.judgement.camera_misfit);
     message.time_match = static_cast<float>(processed.times.match);
     message.time_gms = static_cast<float>(processed.times.gms);

@@ -118,7 +118,7 @@ Tally tallyScenes(const std::string& method, const RobustOptions& options, const
       tally.ok_wrong += errors.direction > kWrongDirection;
       tally.ok_bent += errors.rotation > kBent;
     } else {
-      ++(result.judgement.doubt == DirectionDoubt::kOtherMotion ? tally.ambiguous : tally.other);
+      ++(result.judgement.evidence[Evidence::kOtherMotion] < 1 ? tally.ambiguous : tally.other);
       tally.rotation_outside += rotationSquare(result, scene) > 9;
     }
   });

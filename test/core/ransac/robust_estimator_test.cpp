@@ -44,10 +44,10 @@ TEST_P(EveryMethod, FindsTheModelAndThePose) {
       SCOPED_TRACE(toString(model) + ", outliers " + std::to_string(limit.outliers));
       ASSERT_TRUE(result.model_found);
       ASSERT_TRUE(result.judgement.pose_found);
-      EXPECT_NE(result.judgement.translation_observable, result.judgement.doubt == DirectionDoubt::kOtherMotion);
+      const bool other_motion = result.judgement.evidence[Evidence::kOtherMotion] < 1;
+      EXPECT_NE(result.judgement.translation_observable, other_motion);
       EXPECT_TRUE(result.judgement.translation_observable || model == ModelType::kHomography);
-      const PoseErrors errors = result.judgement.doubt == DirectionDoubt::kOtherMotion ? planePoseErrors(result, pair)
-                                                                                       : poseErrors(result, pair);
+      const PoseErrors errors = other_motion ? planePoseErrors(result, pair) : poseErrors(result, pair);
       EXPECT_LT(errors.rotation, limit.rotation);
       EXPECT_LT(errors.direction, limit.direction);
       const auto correct = static_cast<double>(std::count(pair.correct.begin(), pair.correct.end(), 1));

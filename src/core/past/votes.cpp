@@ -1,0 +1,92 @@
+#include "past/votes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "gms_ransac/point_pairs.h"
+
+namespace gms_ransac {
+
+namespace {
+
+/// A match whose next nearest descriptor is further by this factor is distinctive (Lowe 2004).
+constexpr float kDistinctive = 0.8f;
+/// A point agrees with a motion up to these distances, pixels: from its epipolar line, from where a rotation takes it.
+constexpr double kFromLine = 4, kFromPoint = 12;
+constexpr int kFewestCells = 5;      ///< that vote; fewer say nothing
+constexpr int kKeypointsOfCell = 3;  ///< so many should be found again somewhere in their cell
+
+struct Cell {
+  int matches = 0, on_line = 0, at_point = 0;
+  int keypoints = 0, inliers = 0;
+};
+
+Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
+
+Eigen::Matrix3d crossProduct(const Eigen::Vector3d& t) {
+  Eigen::Matrix3d matrix;
+  matrix << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
+  return matrix;
+}
+
+}  // namespace
+
+void Votes::collect(const Features& reference, const Features& current, const Camera& camera, MatchResult& result) {
+  Judgement& judgement = result.robust.judgement;
+  if (!judgement.pose_found) return;
+  const Eigen::Matrix3d K = camera.K(), K_inverse = K.inverse();
+  const Eigen::Matrix3d F = K_inverse.transpose() * crossProduct(judgement.motion.t) * judgement.motion.R * K_inverse;
+  const Eigen::Matrix3d to_reference = K * judgement.rotation.R * K_inverse;
+  const Eigen::Matrix3d to_current = K * judgement.motion.R.transpose() * K_inverse;
+  // Of matches that share a current point, one at most is right: the closest.
+  closest_.assign(current.keypoints.size(), std::numeric_limits<int32_t>::max());
+  for (const Match& match : result.raw) {
+    int32_t& distance = closest_[static_cast<size_t>(match.current)];
+    distance = std::min<int32_t>(distance, match.distance);
+  }
+  std::array<Cell, kSpreadGridSide * kSpreadGridSide> cells;
+  const auto cellOf = [&](const cv::Point2f& pixel) -> Cell& {
+    return cells[static_cast<size_t>(spreadCell(pixel, reference.image_size))];
+  };
+  result.forEachRaw([&](const Match& match, MatchStage, size_t row) {
+    const bool kept = row < result.matches.size() && result.matches[row].reference == match.reference;
+    const cv::Point2f& pixel = reference.keypoints[static_cast<size_t>(match.reference)].pt;
+    Cell& cell = cellOf(pixel);
+    cell.inliers += kept && result.robust.inlier[row] != 0;
+    if (static_cast<float>(match.distance) >= kDistinctive * static_cast<float>(match.second_distance)) return;
+    if (match.distance > closest_[static_cast<size_t>(match.current)]) return;
+    const Eigen::Vector3d p = homogeneous(camera.undistort(pixel));
+    const Eigen::Vector3d q = homogeneous(camera.undistort(current.keypoints[static_cast<size_t>(match.current)].pt));
+    const Eigen::Vector3d line = F * q, line_of_current = F.transpose() * p;
+    const double shorter = std::min(line.head<2>().norm(), line_of_current.head<2>().norm());
+    ++cell.matches;
+    cell.on_line += std::abs(p.dot(line)) < kFromLine * shorter;
+    cell.at_point += ((to_reference * q).hnormalized() - p.head<2>()).norm() < kFromPoint;
+  });
+  for (const cv::KeyPoint& keypoint : reference.keypoints) {
+    const Eigen::Vector2d q = (to_current * homogeneous(camera.undistort(keypoint.pt))).hnormalized();
+    const bool in_view =
+        q.x() >= 0 && q.y() >= 0 && q.x() < current.image_size.width && q.y() < current.image_size.height;
+    cellOf(keypoint.pt).keypoints += in_view;
+  }
+  int voting = 0, of_pose = 0, of_rotation = 0, full = 0, seen = 0;
+  for (const Cell& cell : cells) {
+    voting += cell.matches > 0;
+    of_pose += 2 * cell.on_line > cell.matches;
+    of_rotation += 2 * cell.at_point > cell.matches;
+    full += cell.keypoints >= kKeypointsOfCell;
+    seen += cell.keypoints >= kKeypointsOfCell && cell.inliers > 0;
+  }
+  if (voting >= kFewestCells) {
+    judgement.evidence[Evidence::kVotes] = static_cast<double>(of_pose) / voting;
+    judgement.evidence[Evidence::kRotationVotes] = static_cast<double>(std::max(of_pose, of_rotation)) / voting;
+  }
+  if (full >= kFewestCells) judgement.evidence[Evidence::kSeen] = static_cast<double>(seen) / full;
+}
+
+}  // namespace gms_ransac
