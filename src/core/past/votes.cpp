@@ -15,13 +15,13 @@ namespace gms_ransac {
 namespace {
 
 /// A match whose next nearest descriptor is further by this factor is distinctive (Lowe 2004).
-constexpr float kDistinctive = 0.8f;
+constexpr float kDistinctiveRatio = 0.8f;
 /// A point agrees with a motion up to these distances, pixels: from its epipolar line, from where a rotation takes it.
 constexpr double kFromLine = 4, kFromPoint = 12;
-constexpr int kFewestCells = 5;      ///< that vote; fewer say nothing
+constexpr int kFewestVoting = 5;     ///< that vote; fewer say nothing
 constexpr int kKeypointsOfCell = 3;  ///< so many should be found again somewhere in their cell
 
-struct Cell {
+struct VotingCell {
   int matches = 0, on_line = 0, at_point = 0;
   int keypoints = 0, inliers = 0;
 };
@@ -49,16 +49,16 @@ void Votes::collect(const Features& reference, const Features& current, const Ca
     int32_t& distance = closest_[static_cast<size_t>(match.current)];
     distance = std::min<int32_t>(distance, match.distance);
   }
-  std::array<Cell, kSpreadGridSide * kSpreadGridSide> cells;
-  const auto cellOf = [&](const cv::Point2f& pixel) -> Cell& {
+  std::array<VotingCell, kSpreadGridSide * kSpreadGridSide> cells;
+  const auto cellOf = [&](const cv::Point2f& pixel) -> VotingCell& {
     return cells[static_cast<size_t>(spreadCell(pixel, reference.image_size))];
   };
   result.forEachRaw([&](const Match& match, MatchStage, size_t row) {
     const bool kept = row < result.matches.size() && result.matches[row].reference == match.reference;
     const cv::Point2f& pixel = reference.keypoints[static_cast<size_t>(match.reference)].pt;
-    Cell& cell = cellOf(pixel);
+    VotingCell& cell = cellOf(pixel);
     cell.inliers += kept && result.robust.inlier[row] != 0;
-    if (static_cast<float>(match.distance) >= kDistinctive * static_cast<float>(match.second_distance)) return;
+    if (static_cast<float>(match.distance) >= kDistinctiveRatio * static_cast<float>(match.second_distance)) return;
     if (match.distance > closest_[static_cast<size_t>(match.current)]) return;
     const Eigen::Vector3d p = homogeneous(camera.undistort(pixel));
     const Eigen::Vector3d q = homogeneous(camera.undistort(current.keypoints[static_cast<size_t>(match.current)].pt));
@@ -75,18 +75,18 @@ void Votes::collect(const Features& reference, const Features& current, const Ca
     cellOf(keypoint.pt).keypoints += in_view;
   }
   int voting = 0, of_pose = 0, of_rotation = 0, full = 0, seen = 0;
-  for (const Cell& cell : cells) {
+  for (const VotingCell& cell : cells) {
     voting += cell.matches > 0;
     of_pose += 2 * cell.on_line > cell.matches;
     of_rotation += 2 * cell.at_point > cell.matches;
     full += cell.keypoints >= kKeypointsOfCell;
     seen += cell.keypoints >= kKeypointsOfCell && cell.inliers > 0;
   }
-  if (voting >= kFewestCells) {
+  if (voting >= kFewestVoting) {
     judgement.evidence[Evidence::kVotes] = static_cast<double>(of_pose) / voting;
     judgement.evidence[Evidence::kRotationVotes] = static_cast<double>(std::max(of_pose, of_rotation)) / voting;
   }
-  if (full >= kFewestCells) judgement.evidence[Evidence::kSeen] = static_cast<double>(seen) / full;
+  if (full >= kFewestVoting) judgement.evidence[Evidence::kSeen] = static_cast<double>(seen) / full;
 }
 
 }  // namespace gms_ransac
