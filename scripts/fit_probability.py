@@ -44,11 +44,6 @@ ROTATION = {
     "seen": (False, 0.15, 0.1, "kNone"),
     "inlier_share": (False, 0.5, 0.17, "kNone"),
 }
-ENUM = {"rotation": "kRotation", "static": "kStatic", "infinity": "kInfinity", "rotation_sigma": "kRotationSigma",
-        "direction_sigma": "kDirectionSigma", "other_motion": "kOtherMotion", "second_body": "kSecondBody",
-        "torn": "kTorn", "votes": "kVotes", "unconfirmed": "kUnconfirmed", "discontinuity": "kDiscontinuity",
-        "repetition": "kRepetition", "fixed_to_camera": "kFixedToCamera", "rotation_spread": "kRotationSpread",
-        "rotation_votes": "kRotationVotes", "seen": "kSeen", "inlier_share": "kInlierShare"}
 PRIOR_OFFSET, PRIOR_SLOPE, PRIOR = 2, 1, 0.03  # in steps; weight of the prior
 MOST = 20  # steps from the limit
 # A set counts as so many pairs at most: all real ones alike, drawn and rendered scenes less, since there are many.
@@ -179,7 +174,8 @@ def table_text(rows, parameters):
     lines = []
     for (name, (logarithmic, limit, step, word)), offset, slope in zip(rows.items(), offsets, slopes):
         at = numpy.log(limit) if logarithmic else limit
-        lines.append(f'    {{Evidence::{ENUM[name]}, "{name}", {str(logarithmic).lower()}, '
+        enumerator = name.title().replace("_", "")
+        lines.append(f'    {{Evidence::k{enumerator}, "{name}", {str(logarithmic).lower()}, '
                      f"{offset - slope * at / step:.3g}, {slope / step:.3g}, DirectionDoubt::{word}}},")
     return "\n".join(lines)
 

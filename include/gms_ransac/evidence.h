@@ -8,10 +8,10 @@
 
 namespace gms_ransac {
 
-/// Numbers from which the probabilities of a pose and of its rotation follow. doc/inside/judgement.md says how each is
-/// measured; names, weights and words are rows of the table in src/core/judgement/probability.cpp.
+/// Inputs of the probabilities of a pose and of its rotation, defined in doc/inside/judgement.md. The table in
+/// src/core/judgement/probability.cpp has their names, weights and words.
 enum class Evidence : uint8_t {
-  // Of the pose:
+  // About the pose:
   kRotation,        ///< Vuong's statistic of the pose against a rotation, alone or with a rolling shutter
   kStatic,          ///< share of the inliers without parallax
   kInfinity,        ///< share of the inliers at infinity, under the pose's own rotation
@@ -25,7 +25,7 @@ enum class Evidence : uint8_t {
   kDiscontinuity,   ///< 1: static tracks show another motion; 0: they show none though the stream was steady
   kRepetition,      ///< 1: a pattern that repeats itself
   kFixedToCamera,   ///< probability that a part of the view is fixed to the camera
-  // Of the rotation:
+  // About the rotation:
   kRotationSpread,  ///< standard deviation of the rotation without a translation, degrees
   kRotationVotes,   ///< share of the cells whose distinctive matches agree with the rotation or with the pose
   kSeen,            ///< share of the cells of keypoints that have inliers

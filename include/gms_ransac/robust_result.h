@@ -60,11 +60,12 @@ struct Judgement {
   bool translation_observable = false;  ///< false: no direction known; `pose.t` is a guess (zero: none)
   bool rotation_observable = false;     ///< false: `pose` is not fit to be published
   DirectionDoubt doubt = DirectionDoubt::kNone;
-  RelativePose pose;      ///< `motion` if its direction is known, else `rotation`
-  RelativePose motion;    ///< that explains the matches best, whatever its probability
-  RelativePose rotation;  ///< that is known without a direction of translation; its t is a guess
-  /// That the motion is right (direction to 20 degrees, rotation to 3), and that the rotation is. 0 without
-  /// RobustOptions::judge.
+  RelativePose pose;    ///< published: `motion`, or without a known direction the more probable of both
+  RelativePose motion;  ///< explains the matches best; filled for every status
+  /// Rotation estimated without a direction of translation. Its t is a guess, the covariance of t has no meaning.
+  RelativePose rotation;
+  /// Probability that the motion is right (direction to 20 degrees, rotation to 3), and that the published rotation is.
+  /// 0 without RobustOptions::judge.
   double pose_probability = 0, rotation_probability = 0;
   EvidenceTable evidence;  ///< from which both follow
   /// The rotation that explains the matches best by itself, as RelativePose::R.

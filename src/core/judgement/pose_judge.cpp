@@ -7,7 +7,6 @@
 #include <Eigen/Cholesky>
 
 #include "judgement/probability.h"
-#include "two_view/translation_variance.h"
 
 namespace gms_ransac {
 
@@ -86,12 +85,6 @@ RelativePose publishRotation(const TwoViewPose& optimum, const Explanation& expl
   const Eigen::Matrix3d& R = explanation.R;
   RelativePose pose = fromReferenceToCurrent(R, R * optimum.R.transpose() * optimum.t);
   pose.covariance.bottomRightCorner<3, 3>() = R.transpose() * explanation.covariance * R;
-  setTranslationVariance(kAnyDirection, pose.covariance);
-  return pose;
-}
-
-RelativePose withoutDirection(RelativePose pose) {
-  setTranslationVariance(kAnyDirection, pose.covariance);
   return pose;
 }
 
@@ -123,10 +116,10 @@ const Judgement& PoseJudge::judge(const RefinedPose& refined, const TwoViewPose&
     judgement_.evidence = evidenceOf(refined, verdict);
     judgement_.rotation = judgement_.motion;
     decide(options_, judgement_);
-    judgement_.rotation = judgement_.translation_observable
-                              ? withoutDirection(judgement_.motion)
-                              : publishRotation(refined.pose, rotationWithoutTranslation(refined, alone_, verdict));
-    decide(options_, judgement_);
+    if (!judgement_.translation_observable) {
+      judgement_.rotation = publishRotation(refined.pose, rotationWithoutTranslation(refined, alone_, verdict));
+      decide(options_, judgement_);
+    }
   } else {
     accept();
   }
@@ -154,8 +147,7 @@ void PoseJudge::accept() {
   judgement_.pose_probability = judgement_.rotation_probability = 0;
   judgement_.translation_observable = judgement_.rotation_observable = true;
   judgement_.doubt = DirectionDoubt::kNone;
-  judgement_.rotation = withoutDirection(judgement_.motion);
-  judgement_.pose = judgement_.motion;
+  judgement_.pose = judgement_.rotation = judgement_.motion;
 }
 
 Verdict PoseJudge::compare(const RefinedPose& refined, const std::vector<AlternativeMotion>& alternatives,

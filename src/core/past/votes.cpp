@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 
 #include "gms_ransac/point_pairs.h"
+#include "two_view/pose_model.h"
 
 namespace gms_ransac {
 
@@ -28,22 +29,18 @@ struct VotingCell {
 
 Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
 
-Eigen::Matrix3d crossProduct(const Eigen::Vector3d& t) {
-  Eigen::Matrix3d matrix;
-  matrix << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
-  return matrix;
-}
-
 }  // namespace
 
 void Votes::collect(const Features& reference, const Features& current, const Camera& camera, MatchResult& result) {
   Judgement& judgement = result.robust.judgement;
   if (!judgement.pose_found) return;
   const Eigen::Matrix3d K = camera.K(), K_inverse = K.inverse();
-  const Eigen::Matrix3d F = K_inverse.transpose() * crossProduct(judgement.motion.t) * judgement.motion.R * K_inverse;
+  // The motion leads from current to reference.
+  const Eigen::Matrix3d E = TwoViewPose{judgement.motion.R, judgement.motion.t}.essential();
+  const Eigen::Matrix3d F = K_inverse.transpose() * E * K_inverse;
   const Eigen::Matrix3d to_reference = K * judgement.rotation.R * K_inverse;
   const Eigen::Matrix3d to_current = K * judgement.motion.R.transpose() * K_inverse;
-  // Of matches that share a current point, one at most is right: the closest.
+  // Only one of the matches that share a current point can be right: the closest one votes.
   closest_.assign(current.keypoints.size(), std::numeric_limits<int32_t>::max());
   for (const Match& match : result.raw) {
     int32_t& distance = closest_[static_cast<size_t>(match.current)];
@@ -53,11 +50,10 @@ void Votes::collect(const Features& reference, const Features& current, const Ca
   const auto cellOf = [&](const cv::Point2f& pixel) -> VotingCell& {
     return cells[static_cast<size_t>(spreadCell(pixel, reference.image_size))];
   };
-  result.forEachRaw([&](const Match& match, MatchStage, size_t row) {
-    const bool kept = row < result.matches.size() && result.matches[row].reference == match.reference;
+  result.forEachRaw([&](const Match& match, MatchStage stage, size_t row) {
     const cv::Point2f& pixel = reference.keypoints[static_cast<size_t>(match.reference)].pt;
     VotingCell& cell = cellOf(pixel);
-    cell.inliers += kept && result.robust.inlier[row] != 0;
+    cell.inliers += stage != MatchStage::kRaw && result.robust.inlier[row] != 0;
     if (static_cast<float>(match.distance) >= kDistinctiveRatio * static_cast<float>(match.second_distance)) return;
     if (match.distance > closest_[static_cast<size_t>(match.current)]) return;
     const Eigen::Vector3d p = homogeneous(camera.undistort(pixel));

@@ -1,5 +1,5 @@
-// What is seen beside the matches that the filter kept: distinctive matches that agree with a motion or not, and
-// keypoints that are found again or not.
+// Counts evidence that the filtered matches cannot give: whether distinctive raw matches agree with a motion, and
+// whether keypoints are found again.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ namespace gms_ransac {
 /// Keeps its storage from pair to pair.
 class Votes {
  public:
-  /// Adds what cells of the spread grid say of the motion and of the rotation of `result` to its evidence. Matches that
-  /// the filter kept agree with each other; those that it rejected are heard here.
+  /// Lets the cells of the spread grid vote for the motion and the rotation of `result`, and adds the shares to its
+  /// evidence. Rejected matches vote, too, because those that the filter kept always agree with each other.
   void collect(const Features& reference, const Features& current, const Camera& camera, MatchResult& result);
 
  private:
