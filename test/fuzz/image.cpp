@@ -77,7 +77,7 @@ void checkCompressed(FuzzInput& input) {
   const bool damaged = damage(input, bytes);
   sensor_msgs::CompressedImage message;
   message.header.stamp = fuzzedStamp(input);
-  message.format = input.flag() ? "bgr8; jpeg compressed bgr8" : input.text(100);
+  message.format = input.flag() ? "bayer_rggb8; png compressed " : input.text(100);
   message.data.assign(bytes.begin(), bytes.end());
   const sensor_msgs::ImageConstPtr packed = stillCompressed(message);
   sensor_msgs::ImageConstPtr image = packed;
@@ -94,7 +94,9 @@ void checkCompressed(FuzzInput& input) {
   demand(refusal.empty() || std::min(image->width, image->height) < 24 || damaged, "it is an image: " + refusal);
   if (damaged) return;
   const bool wide = pixels.depth() == CV_16U;
-  demand(before == std::string(pixels.channels() == 1 ? "mono" : "bgr") + (wide ? "16" : "8"), "it is as encoded");
+  const bool mosaic = pixels.channels() == 1 && before.rfind("bayer_", 0) == 0;
+  const std::string colours = mosaic ? before.substr(0, 10) : pixels.channels() == 1 ? "mono" : "bgr";
+  demand(before == colours + (wide ? "16" : "8"), "it is as encoded");
   demand(static_cast<int>(image->width) == pixels.cols && static_cast<int>(image->height) == pixels.rows,
          "it has the size that was encoded, however the camera was held");
   const double error = cv::norm(pixelsOf(*image, pixels.type()), pixels, cv::NORM_L1) /

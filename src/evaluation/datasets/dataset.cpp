@@ -4,9 +4,8 @@
 #include <filesystem>
 #include <sstream>
 
-#include <opencv2/imgcodecs.hpp>
-
 #include "datasets/dataset_text.h"
+#include "features/encoded_image.h"
 
 namespace gms_ransac {
 
@@ -38,7 +37,7 @@ DatasetKind kindOf(const std::string& path) {
 /// One channel as float, multiplied by `factor`.
 cv::Mat readScaled(const std::string& path, double factor) {
   if (!isFile(path)) throw DatasetError(path + ": no such image");
-  const cv::Mat raw = cv::imread(path, cv::IMREAD_ANYDEPTH | cv::IMREAD_GRAYSCALE);
+  const cv::Mat raw = readImageFile(path, cv::IMREAD_ANYDEPTH | cv::IMREAD_GRAYSCALE);
   if (raw.empty()) throw DatasetError(path + ": cannot be read as an image");
   cv::Mat scaled;
   raw.convertTo(scaled, CV_32F, factor);

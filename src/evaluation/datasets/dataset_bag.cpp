@@ -16,11 +16,10 @@
 #include <tf2_eigen/tf2_eigen.h>
 #include <tf2_msgs/TFMessage.h>
 #include <boost/algorithm/string/join.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "camera/camera_info.h"
 #include "datasets/dataset_text.h"
+#include "features/encoded_image.h"
 
 namespace gms_ransac {
 
@@ -68,9 +67,9 @@ struct OpenBag {
       if (const auto raw = message.instantiate<sensor_msgs::Image>()) {
         found = pixelsOf(*raw, message.getTopic(), colour);
       } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
-        constexpr int kAsEncoded = cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION;
-        const cv::Mat decoded = cv::imdecode(packed->data, kAsEncoded);
-        if (!decoded.empty()) found = eightBits(decoded, colour);
+        const DecodedImage decoded = decodeImage(packed->data, packed->format);
+        const cv_bridge::CvImage image(packed->header, decoded.encoding, decoded.pixels);
+        if (!decoded.pixels.empty()) found = pixelsOf(*image.toImageMsg(), message.getTopic(), colour);
       }
     } catch (const std::exception& error) {  // a damaged message may make any layer throw
       problem = error.what();

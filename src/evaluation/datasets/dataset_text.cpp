@@ -8,9 +8,9 @@
 #include <sstream>
 #include <utility>
 
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "features/encoded_image.h"
 #include "features/wide_image.h"
 
 namespace gms_ransac {
@@ -141,7 +141,7 @@ cv::Mat eightBits(const cv::Mat& picture, bool colour) {
 cv::Mat readPicture(const std::string& path, bool colour) {
   if (!isFile(path)) throw DatasetError(path + ": no such image");
   // Not grey by the decoder: its grey differs by a level here and there, and inliers with it.
-  const cv::Mat image = cv::imread(path, cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
+  const cv::Mat image = readImageFile(path);
   if (image.empty()) throw DatasetError(path + ": cannot be read as an image");
   if (image.depth() != CV_8U && image.depth() != CV_16U)
     throw DatasetError(path + ": has pixels that are neither of 8 nor of 16 bits");

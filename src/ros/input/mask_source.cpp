@@ -1,12 +1,11 @@
 #include "input/mask_source.h"
 
 #include <cstdlib>
-#include <filesystem>
 #include <stdexcept>
 
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "features/encoded_image.h"
 #include "guard.h"
 #include "input/image_conversion.h"
 #include "text.h"
@@ -18,11 +17,7 @@ namespace {
 cv::Mat readFile(const std::string& path) {
   if (path.empty()) return {};
   cv::Mat mask;
-  // Reading a pipe or a device would never end. OpenCV throws on images that claim to be too large.
-  std::error_code none;
-  if (std::filesystem::is_regular_file(path, none)) {
-    guarded([&] { mask = cv::imread(path, cv::IMREAD_GRAYSCALE); }, [](const std::string&) {});
-  }
+  guarded([&] { mask = readImageFile(path, cv::IMREAD_GRAYSCALE); }, [](const std::string&) {});
   if (mask.empty()) {
     throw std::invalid_argument("parameter ~mask_file is '" + path +
                                 "'; it must be the path of an image, and none can "

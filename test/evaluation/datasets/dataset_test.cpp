@@ -13,11 +13,13 @@
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 #include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <tf2_msgs/TFMessage.h>
 #include <opencv2/imgcodecs.hpp>
 
 #include "camera/camera_info.h"
+#include "exif.h"
 #include "features/wide_image.h"
 #include "run/truth.h"
 #include "scratch_folder.h"
@@ -119,6 +121,19 @@ TEST_F(TumTest, SixteenBitsAreScaledNotCutOff) {
   EXPECT_EQ(cv::norm(grey, wideToGrey(ramp), cv::NORM_INF), 0) << "as the node does it";
   EXPECT_GT(grey.at<uint8_t>(2, 95) - grey.at<uint8_t>(2, 5), 200);
   EXPECT_EQ(dataset.image(0, true).at<cv::Vec3b>(2, 95), cv::Vec3b::all(grey.at<uint8_t>(2, 95)));
+}
+
+TEST_F(TumTest, ImagesAreNotTurnedByTheirExifOrientation) {
+  std::vector<uint8_t> jpeg;
+  cv::imencode(".jpg", cv::Mat(16, 24, CV_8UC1, cv::Scalar(90)), jpeg);
+  std::string photograph(jpeg.begin(), jpeg.end());
+  setExifOrientation(6, photograph);
+  write("a.jpg", photograph);
+  write("rgb.txt", "1 a.jpg\n");
+  write("depth.txt", "1 a.jpg\n");
+  const Dataset dataset = Dataset::open(path());
+  EXPECT_EQ(dataset.image(0).size(), cv::Size(24, 16)) << "camera.txt describes the pixels as they are";
+  EXPECT_EQ(dataset.depth(0).size(), cv::Size(24, 16));
 }
 
 TEST_F(TumTest, PairsFollowGapAndStride) {
@@ -418,6 +433,23 @@ TEST_F(BagTest, ReadsEncodingsWithoutAColourFormat) {
     EXPECT_EQ(dataset.image(i, true).type(), CV_8UC3) << kEncodings[i];
     EXPECT_NEAR(dataset.image(i).at<uint8_t>(2, 2), i < 3 ? 51 : 128, 16) << kEncodings[i];  // plain ones mid-grey
   }
+}
+
+TEST_F(BagTest, ACompressedMosaicIsThatOfABayerCamera) {
+  cv::Mat mosaic(32, 32, CV_8UC1, cv::Scalar(0));
+  for (int y = 0; y < mosaic.rows; y += 2) {
+    for (int x = 0; x < mosaic.cols; x += 2) mosaic.at<uint8_t>(y, x) = 200;  // all red
+  }
+  {
+    rosbag::Bag bag(path("set.bag"), rosbag::bagmode::Write);
+    sensor_msgs::CompressedImage packed;
+    packed.format = "bayer_rggb8; png compressed ";
+    cv::imencode(".png", mosaic, packed.data);
+    bag.write("/cam/image_raw/compressed", ros::Time(10), packed);
+  }
+  const Dataset dataset = Dataset::open(path("set.bag"));
+  EXPECT_NEAR(dataset.image(0).at<uint8_t>(16, 17), 0.299 * 200, 1) << "red as grey, at a pixel of green";
+  EXPECT_EQ(dataset.image(0, true).at<cv::Vec3b>(16, 17), cv::Vec3b(0, 0, 200));
 }
 
 TEST_F(BagTest, ComplainsInASentence) {

@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <opencv2/imgcodecs.hpp>
 
+#include "exif.h"
 #include "says.h"
 #include "scratch_folder.h"
 
@@ -26,6 +27,17 @@ TEST(MaskSource, ReadsAnImageFile) {
   cv::Mat mask;
   EXPECT_EQ(sourceOf(folder.path("mask.png")).get(nullptr, {64, 64}, mask), "");
   EXPECT_EQ(mask.size(), cv::Size(64, 64));
+}
+
+TEST(MaskSource, IsNotTurnedByItsExifOrientation) {
+  const ScratchFolder folder;
+  std::vector<uint8_t> jpeg;
+  cv::imencode(".jpg", cv::Mat(40, 64, CV_8UC1, cv::Scalar(255)), jpeg);
+  std::string photograph(jpeg.begin(), jpeg.end());
+  setExifOrientation(6, photograph);
+  folder.write("mask.jpg", photograph);
+  cv::Mat mask;
+  EXPECT_EQ(sourceOf(folder.path("mask.jpg")).get(nullptr, {64, 40}, mask), "");
 }
 
 TEST(MaskSource, ScalesAMessageOfTheImagesShapeAndRefusesOthers) {
