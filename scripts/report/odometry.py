@@ -251,6 +251,9 @@ def read_poses(path, stamps):
         except ValueError as error:
             raise BadPoses("%s: %s" % (path, error)) from error
     if rows and all(len(row) == 12 for row in rows):
+        if len(rows) != len(stamps):
+            print("evaluate_report.py: %s: has %d poses for %d images; line i belongs to the i-th image" %
+                  (path, len(rows), len(stamps)), file=sys.stderr)
         return [matrix(rows[i]) if i < len(rows) else None for i in range(len(stamps))]
     if not rows or any(len(row) != 8 for row in rows):
         raise BadPoses("%s: not 12 numbers a line (KITTI) nor 8 (TUM)" % path)

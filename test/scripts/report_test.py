@@ -354,7 +354,10 @@ class Odometry(unittest.TestCase):
             tum.write_text("# stamp ...\n" + "".join("%g 0 0 %d 0 %.9f 0 %.9f\n" % (0.1 * k + 0.01, k, math.sin(0.1), math.cos(0.1))
                                                      for k in range(3)))
             other.write_text("1 2 3\n")
-            a, b = (odometry.read_poses(str(file), [0.0, 0.1, 0.2, 0.3]) for file in (kitti, tum))
+            with contextlib.redirect_stderr(io.StringIO()) as said:
+                a, b = (odometry.read_poses(str(file), [0.0, 0.1, 0.2, 0.3]) for file in (kitti, tum))
+            self.assertEqual(said.getvalue(), "evaluate_report.py: %s: has 3 poses for 4 images; line i belongs to the i-th "
+                             "image\n" % kitti)
             np.testing.assert_allclose(a[:3], b[:3], atol=1e-8)
             self.assertEqual((a[3], b[3]), (None, None))
             with self.assertRaises(odometry.BadPoses):

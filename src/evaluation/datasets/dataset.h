@@ -102,6 +102,8 @@ class Dataset {
   const std::optional<RightCamera>& rightCamera() const { return right_camera_; }
   /// Names the calibration in use and its source.
   std::string calibrationText() const;
+  /// A sentence for each file of the set that does not fit its images.
+  const std::vector<std::string>& notes() const { return notes_; }
 
   /// Every `stride`-th pair of frames that are `gap` apart (gap, stride >= 1). A pair list ignores the gap.
   std::vector<DatasetPair> pairs(int gap, int stride) const;
@@ -134,6 +136,7 @@ class Dataset {
   std::optional<RightCamera> right_camera_;
   std::string intrinsics_source_;  ///< file, topic or option, and which of its matrices
   std::string advice_;             ///< what to give where the calibration was guessed, in brackets; empty: nothing
+  std::vector<std::string> notes_;
   ImageReader read_;
 };
 

@@ -97,6 +97,13 @@ void Dataset::readKitti() {
     if (found && found->place.x() > 0) right_camera_ = RightCamera{found->intrinsics, found->place.x()};
   }
   const std::vector<Eigen::Isometry3d> poses = readPoses(joinPath(root, "poses.txt"));
+  if (!poses.empty() && poses.size() != names.size()) {
+    const bool fewer = poses.size() < names.size();
+    notes_.push_back(joinPath(root, "poses.txt") + ": has " + std::to_string(poses.size()) + " poses for " +
+                     std::to_string(names.size()) +
+                     " images; line i belongs to the i-th image in name order, and the " +
+                     (fewer ? "last images have no true pose" : "last lines are not used"));
+  }
   const std::vector<double> times = readTimes(joinPath(root, "times.txt"));
   if (!times.empty() && times.size() < names.size()) {
     throw DatasetError(joinPath(root, "times.txt") + ":" + std::to_string(times.size()) + ": the file ends after " +

@@ -103,6 +103,7 @@ int datasetToBag(const Arguments& arguments) {
   const bool openni = camera_info == "openni" && dataset_options.intrinsics.empty();
 
   const Dataset dataset = Dataset::open(folder, dataset_options);
+  for (const std::string& note : dataset.notes()) std::cerr << note << '\n';
   const bool tum = dataset.kind() == DatasetKind::kTum;
   if (!tum && dataset.kind() != DatasetKind::kKitti) {
     throw DatasetError(dataset.path() + ": only TUM and KITTI folders can be turned into a bag");

@@ -63,6 +63,13 @@ const StampedFile* nearestFile(const std::vector<StampedFile>& sorted, double st
 void Dataset::readTum() {
   std::vector<StampedFile> depth;
   if (isFile(joinPath(path_, "depth.txt"))) depth = readImageList(joinPath(path_, "depth.txt"));
+  const auto gone = std::remove_if(depth.begin(), depth.end(),
+                                   [&](const auto& entry) { return !isFile(joinPath(path_, entry.file)); });
+  if (gone != depth.end()) {
+    notes_.push_back(joinPath(path_, "depth.txt") + ": " + std::to_string(depth.end() - gone) + " of the " +
+                     std::to_string(depth.size()) + " images are not there; their frames have no depth");
+    depth.erase(gone, depth.end());
+  }
   std::sort(depth.begin(), depth.end(), [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
   if (isFile(joinPath(path_, "groundtruth.txt"))) trajectory_ = readTrajectory(joinPath(path_, "groundtruth.txt"));
 

@@ -157,6 +157,7 @@ std::vector<MeasuredSet> CommandLine::sets() const {
       const Dataset& dataset = sets.emplace_back(MeasuredSet{Dataset::open(path, dataset_options_), {}}).dataset;
       sets.back().noise = defaultTruthNoise(path);
       std::cerr << dataset.path() << ": " << dataset.calibrationText() << '\n';
+      for (const std::string& note : dataset.notes()) std::cerr << note << '\n';
       if (rolling && !dataset.stamp(0)) {
         std::cerr << path << ": a list of pairs has no stamps, so --rolling-shutter-readout is not applied\n";
       }

@@ -80,6 +80,7 @@ TEST_F(TumTest, ReadsImagesDepthIntrinsicsAndInterpolatedPoses) {
   writeImage("rgb/a.png", 7, CV_8UC3);
   writeImage("rgb/b.png", 8);
   writeImage("depth/a.png", 2500, CV_16UC1);
+  writeImage("depth/b.png", 2500, CV_16UC1);
 
   const Dataset dataset = Dataset::open(path() + "/");
   EXPECT_EQ(dataset.kind(), DatasetKind::kTum);
@@ -181,6 +182,19 @@ TEST_F(TumTest, OpensNoPipeAndNoDevice) {
   EXPECT_NE(complaint().find("holds neither rgb.txt"), std::string::npos);
 }
 
+TEST_F(TumTest, GoesOnWithoutDepthImagesThatAreNotThere) {
+  write("rgb.txt", "1.0 a.png\n2.0 b.png\n");
+  write("depth.txt", "1.0 depth/a.png\n2.0 depth/b.png\n");
+  writeImage("depth/b.png", 2500, CV_16UC1);
+  const Dataset dataset = Dataset::open(path());
+  EXPECT_EQ(dataset.notes(), std::vector<std::string>{path("depth.txt") + ": 1 of the 2 images are not there; their "
+                                                                          "frames have no depth"});
+  EXPECT_TRUE(dataset.depth(0).empty());
+  EXPECT_FALSE(dataset.depth(1).empty());
+  writeImage("depth/a.png", 2500, CV_16UC1);
+  EXPECT_TRUE(Dataset::open(path()).notes().empty());
+}
+
 TEST_F(TumTest, ComplainsAboutImagesWhenTheyAreRead) {
   write("rgb.txt", "1.0 gone.png\n2.0 text.png\n");
   write("text.png", "not a picture");
@@ -213,6 +227,25 @@ TEST_F(KittiTest, ReadsImagesInNameOrderWithPosesTimesAndCalibration) {
   EXPECT_DOUBLE_EQ(dataset.intrinsics()->fy, 701);
   write("camera.txt", "1 2 3 4");
   EXPECT_DOUBLE_EQ(Dataset::open(path()).intrinsics()->fy, 2) << "camera.txt goes before calib.txt";
+}
+
+TEST_F(KittiTest, SaysWhichImagesHaveAPoseWhereNotAllDo) {
+  const std::string pose = "1 0 0 0 0 1 0 0 0 0 1 0\n";
+  for (const char* name : {"image_0/0.png", "image_0/1.png"}) writeImage(name, 1);
+  for (const auto& [poses, end] :
+       {std::pair<int, std::string>{1, "last images have no true pose"}, {3, "last lines are not used"}}) {
+    std::string lines;
+    for (int i = 0; i < poses; ++i) lines += pose;
+    write("poses.txt", lines);
+    const Dataset dataset = Dataset::open(path());
+    EXPECT_EQ(dataset.notes(), std::vector<std::string>{path("poses.txt") + ": has " + std::to_string(poses) +
+                                                        " poses for 2 images; line i belongs to the i-th image in name "
+                                                        "order, and the " +
+                                                        end});
+    EXPECT_EQ(dataset.frames()[1].pose.has_value(), poses == 3);
+  }
+  write("poses.txt", pose + pose);
+  EXPECT_TRUE(Dataset::open(path()).notes().empty());
 }
 
 TEST_F(KittiTest, ReadsTheOtherCameraWithItsCalibrationAndPlace) {
