@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from report.common import grouped, markdown, mean
+from report.common import grouped, markdown, mean, naming
 
 HEAD = ["stage", "what", "ms", "p99", "most", "times faster", "kept", "correct"]
 
@@ -40,5 +40,5 @@ def report(lines, head, path):
         text += "\n%d features, %d thread%s\n\n%s" % (features, threads, "s" * (threads > 1), table(records))
     print(text, end="")
     if path:
-        with open(path, "w") as stream:
+        with naming(path), open(path, "w") as stream:
             stream.write(text)

@@ -1,4 +1,5 @@
 """Statistics of records and what all reports write with."""
+import contextlib
 import csv
 import json
 import math
@@ -86,8 +87,18 @@ def read_units(path):
     return [units[number] for number in sorted(units)]
 
 
+@contextlib.contextmanager
+def naming(path):
+    """An error while the file is written names it; Python names one that cannot be opened, but not a full disk."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = path
+        raise
+
+
 def write_csv(path, head, rows):
-    with open(path, "w", newline="") as stream:
+    with naming(path), open(path, "w", newline="") as stream:
         csv.writer(stream, lineterminator="\n").writerows([head, *rows])
 
 
@@ -115,7 +126,7 @@ def insert(document, made):
     if text is None:
         sys.exit("evaluate_report.py: %s has no lines '<!-- begin of the %s -->' and '<!-- end of ... -->'" %
                  (document, " -->' or '<!-- begin of the ".join(made)))
-    with open(document, "w") as stream:
+    with naming(document), open(document, "w") as stream:
         stream.write(text)
 
 

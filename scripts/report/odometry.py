@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from report.common import grouped, mean, median, pyplot
+from report.common import grouped, mean, median, naming, pyplot
 from report.plots import grid_of
 
 LENGTHS = (10, 20, 50, 100, 200, 300, 400, 500, 600, 700, 800)  # metres; KITTI's are those from 100 on
@@ -388,7 +388,8 @@ def plot(sets, file):
         if any(row.path.parts(LENGTHS[0]) for row in rows):
             rotation.legend(fontsize=8)
     figure.tight_layout()
-    figure.savefig(file, dpi=100)
+    with naming(file):
+        figure.savefig(file, dpi=100)
     print("wrote %s" % file, file=sys.stderr)
 
 

@@ -2,7 +2,7 @@
 import math
 import os
 
-from report.common import grouped, pyplot
+from report.common import grouped, naming, pyplot
 
 
 def groups(rows, *keys):
@@ -58,7 +58,9 @@ def save(figure, folder, name, legend_of=None):
         lines = math.ceil(len(labels) / columns)
         figure.legend(handles, labels, loc="lower center", ncol=columns, fontsize=8)
     figure.tight_layout(rect=(0, (0.1 * (lines > 0) + LEGEND_LINE * lines) / figure.get_figheight(), 1, 1))
-    figure.savefig(os.path.join(folder, name + ".png"), dpi=100)
+    path = os.path.join(folder, name + ".png")
+    with naming(path):
+        figure.savefig(path, dpi=100)
 
 
 def figure5(plt, folder, rows):

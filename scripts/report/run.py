@@ -4,8 +4,8 @@ import sys
 
 import numpy as np
 
-from report.common import (FAILED, POSED, area, grouped, match_truth, mean, median, name_of, pose_errors, pyplot,
-                           records_of)
+from report.common import (FAILED, POSED, area, grouped, match_truth, mean, median, name_of, naming,
+                           pose_errors, pyplot, records_of)
 from report.plots import grid_of
 
 SMALLEST = 1e-3  # degrees; smaller errors are drawn there, since the axis is logarithmic
@@ -115,7 +115,8 @@ def plot(by_method, path):
     axes[3].set_ylim(0.6 - len(by_method), 0.6)
     axes[3].set_xlabel("seconds" if stamped else "pair")
     figure.tight_layout()
-    figure.savefig(path, dpi=100)
+    with naming(path):
+        figure.savefig(path, dpi=100)
     print("wrote %s" % path, file=sys.stderr)
 
 

@@ -4,7 +4,7 @@ import json
 import os
 import sys
 
-from report.common import grouped, match_truth, mean, median, pose_errors, pyplot
+from report.common import grouped, match_truth, mean, median, naming, pose_errors, pyplot
 from report.plots import grid_of, groups, line, save
 
 # A trial is a success within these errors of rotation and direction, degrees: several times what a method reaches without
@@ -34,7 +34,7 @@ def table(trials):
 
 
 def report(lines, path, with_plot):
-    with open(path, "w", newline="") if path else sys.stdout as stream:
+    with naming(path or "standard output"), open(path, "w", newline="") if path else sys.stdout as stream:
         rows = table(map(json.loads, lines))
         writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
         writer.writeheader()

@@ -9,7 +9,7 @@ import warnings
 import numpy as np
 
 from report import plots
-from report.common import area, grouped, lines_of, markdown, match_truth, pose_errors, read_units, write_csv
+from report.common import area, grouped, lines_of, markdown, match_truth, naming, pose_errors, read_units, write_csv
 
 TABLE4_PRESET = 2000
 RESAMPLES = 2000  # of the pairs, for an interval
@@ -321,7 +321,8 @@ def merge(parts, folder, with_plots):
     if os.path.exists(os.path.join(folder, "measurements.jsonl")):
         refuse(folder, "already holds measurements; choose another --out")
     for name, texts in (("plan.json", plans[:1]), ("measurements.jsonl", lines.values())):
-        with open(os.path.join(folder, name), "w") as stream:
+        path = os.path.join(folder, name)
+        with naming(path), open(path, "w") as stream:
             stream.writelines(texts)
     report(folder, with_plots)
 
@@ -340,7 +341,8 @@ def report(folder, with_plots):
         write_csv(os.path.join(folder, name + ".csv"), head, rows)
         document += "\n## %s\n\n%s" % (title, markdown(head, rows))
         made[name] = [dict(zip(head, row)) for row in rows]
-    with open(os.path.join(folder, "tables.md"), "w") as stream:
+    path = os.path.join(folder, "tables.md")
+    with naming(path), open(path, "w") as stream:
         stream.write(document)
     print("wrote %s/tables.md and its .csv files" % folder)
     if with_plots:

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from report.common import POSED, grouped, insert, markdown, name_of, pyplot, read_units, write_csv
+from report.common import POSED, grouped, insert, markdown, name_of, naming, pyplot, read_units, write_csv
 from report.plots import grid_of, save
 
 Z95 = 1.959964  # two-sided 95 % of a normal distribution
@@ -380,7 +380,8 @@ def write_tables(folder, answers, before):
     if before:
         text += "### Of what was OK and right before\n\n" + kept_table(answers, before)
     text += "".join("### %s\n\n%s" % (TITLES[kind], detail_table(rows)) for kind, rows in details.items())
-    with open(os.path.join(folder, "trust.md"), "w") as stream:
+    path = os.path.join(folder, "trust.md")
+    with naming(path), open(path, "w") as stream:
         stream.write(text)
     real = dict((key, row) for key, row in details.get("real", {}).items() if key[1] == first and row["pairs"])
     return {"recordings": recordings, "statuses": statuses_table(kinds.get(("real", first), [])),

@@ -340,6 +340,31 @@ TEST_F(EvaluateTest, ConfidenceOrderNeedsFewerHypothesesAtEqualSuccess) {
   }
 }
 
+TEST_F(EvaluateTest, GoesOnWithoutDepthAndSaysSoOnce) {
+  writePlane(3, kStep);
+  fs::remove(path("set/pairs.txt"));
+  write("set/rgb.txt", "1.0 0.png\n1.1 1.png\n1.2 2.png\n");
+  write("set/depth.txt", "1.0 depth/0.png\n1.1 depth/1.png\n1.2 depth/2.png\n");
+  const Outcome outcome = evaluate("run " + path("set") + " --gaps 1,2 --method gms_ransac,lo_prosac --features 500");
+  EXPECT_EQ(outcome.status, 0) << outcome.text;
+  const size_t said = outcome.text.find("depth.txt: 3 of the 3 images are not there; their frames have no depth\n");
+  ASSERT_NE(said, std::string::npos) << outcome.text;
+  EXPECT_EQ(outcome.text.find("images are not there", said + 40), std::string::npos) << outcome.text;
+}
+
+TEST_F(EvaluateTest, AFullDiskIsSaidOfTheFile) {
+  fs::create_symlink("/dev/full", path("sweep.csv"));
+  fs::create_symlink("/dev/full", path("plotted.png"));
+  const std::string command = "sweep --method prosac --repeat 1 --max-iterations 10 --out ";
+  for (const auto& [out, full] :
+       {std::pair<const char*, const char*>{"sweep.csv --no-plots", "sweep.csv"}, {"plotted.csv", "plotted.png"}}) {
+    const Outcome outcome = evaluate(command + path(out));
+    EXPECT_EQ(outcome.status, 1) << outcome.text;
+    EXPECT_NE(outcome.text.find("evaluate_report.py: " + path(full) + ": No space left on device\n"), std::string::npos)
+        << outcome.text;
+  }
+}
+
 TEST_F(EvaluateTest, LoProsacIsAsGoodAsAnExhaustiveSearch) {
   // 70 % outliers ask for 4,300 hypotheses.
   const Outcome outcome = evaluate(
