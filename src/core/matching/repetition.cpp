@@ -54,10 +54,6 @@ std::optional<double> Repetition::period(const Features& reference, const Featur
 
   const int alike = std::min(usual, kAlike);
   const auto count = static_cast<size_t>(current.size());
-  descriptors_.resize((count + kRowsReadPast) * kHammingBytes);
-  for (size_t i = 0; i < count; ++i) {
-    std::memcpy(&descriptors_[i * kHammingBytes], current.descriptors.row(static_cast<int>(i)), kHammingBytes);
-  }
   x_.resize(count);
   y_.resize(count);
   near_.resize(count);
@@ -116,8 +112,8 @@ void Repetition::findElsewhere(const uint8_t* query, const cv::KeyPoint& place, 
     }
     runs_.erase(std::remove_if(runs_.begin(), runs_.end(), [](const RowRun& run) { return run.first >= run.last; }),
                 runs_.end());
-    const NearestTwo nearest =
-        kernel_.searchRuns(query, descriptors_.data(), index_.data(), runs_.data(), static_cast<int>(runs_.size()));
+    const NearestTwo nearest = kernel_.searchRuns(query, current.descriptors.row(0), index_.data(), runs_.data(),
+                                                  static_cast<int>(runs_.size()));
     if (nearest.index < 0 || nearest.distance > most) return;
     taken = current.keypoints[static_cast<size_t>(nearest.index)].pt;
     sample.elsewhere.push_back(taken - place.pt);

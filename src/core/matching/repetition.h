@@ -37,7 +37,6 @@ class Repetition {
   const HammingKernel& kernel_;
   std::vector<size_t> inliers_;
   std::vector<float> distances_;
-  std::vector<uint8_t> descriptors_;
   std::vector<int32_t> index_;
   std::vector<float> x_, y_;   ///< of the current keypoints
   std::vector<uint8_t> near_;  ///< 1: on the patch that was found last
