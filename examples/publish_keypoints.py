@@ -6,6 +6,7 @@ every `image`; ~detector is sift (default), akaze or orb, ~features how many key
 import argparse
 import functools
 import sys
+import threading
 
 import cv2
 import numpy as np
@@ -63,11 +64,14 @@ def main():
     if detector not in DETECTORS:
         sys.exit("~detector is '%s'; it must be one of %s" % (detector, ", ".join(sorted(DETECTORS))))
     bridge, publisher = CvBridge(), rospy.Publisher("keypoints", Keypoints, queue_size=10)
+    detecting = threading.Lock()
 
     def on_image(image):
-        publisher.publish(keypoints_message(image.header, bridge.imgmsg_to_cv2(image, "mono8"), detector, features))
+        with detecting:
+            publisher.publish(keypoints_message(image.header, bridge.imgmsg_to_cv2(image, "mono8"), detector, features))
 
     rospy.Subscriber("image", Image, on_image, queue_size=10, buff_size=2 ** 25)
+    rospy.on_shutdown(detecting.acquire)  # the process would abort if Python ended while a callback is in OpenCV
     rospy.spin()
 
 

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """~input keypoints: features of another detector in place of images, with the example that publishes them."""
 import os
+import signal
+import subprocess
 import sys
 import unittest
 
@@ -11,7 +13,7 @@ from gms_ransac.msg import Keypoints, MatchStats
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from graph import STEP, Client, camera_info, degrees_between, run, vector, walk
+from graph import STEP, TIMEOUT, Client, camera_info, degrees_between, image_message, run, vector, wait_for, walk
 
 sys.path.insert(0, os.path.join(rospkg.RosPack().get_path("gms_ransac"), "examples"))
 from publish_keypoints import keypoints_message  # noqa: E402
@@ -82,6 +84,25 @@ class OwnKeypoints(unittest.TestCase):
         answer = client.ask(self.message(2, "sift"), 100.7)
         self.assertEqual(answer.status, MatchStats.FIRST_FRAME)
         self.assertIn("the descriptors changed from 32 bytes to 128 floats", answer.status_text)
+
+    def test_the_example_ends_at_ctrl_c_while_it_detects(self):
+        images, published = rospy.Publisher("ended/image", Image, queue_size=10), []
+        subscriber = rospy.Subscriber("ended/keypoints", Keypoints, published.append, queue_size=10)
+        self.addCleanup(subscriber.unregister)
+        slow = np.tile(self.frames[0], (2, 1))  # ten of these keep SIFT busy for longer than rospy needs to end
+        for _ in range(6):
+            detector = subprocess.Popen(["rosrun", "gms_ransac", "publish_keypoints.py", "image:=ended/image",
+                                         "keypoints:=ended/keypoints"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            self.addCleanup(detector.kill)
+            wait_for(lambda: images.get_num_connections() and subscriber.get_num_connections(), "the detector")
+            for i in range(10):
+                images.publish(image_message(slow, 100 + i))
+            wait_for(lambda: published, "keypoints")
+            detector.send_signal(signal.SIGINT)
+            said, _ = detector.communicate(timeout=TIMEOUT)
+            self.assertEqual((detector.returncode, said), (0, ""))
+            wait_for(lambda: not images.get_num_connections() and not subscriber.get_num_connections(), "its end")
+            published.clear()
 
 
 if __name__ == "__main__":
