@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 
 #include <opencv2/imgproc.hpp>
@@ -21,6 +22,7 @@ using Eigen::Vector3d;
 
 constexpr double kOpenNiFocalLength = 525.0 / 640;  // per pixel of width
 constexpr double kRoomStep = 0.08, kStreetStep = 0.3;
+constexpr double kStreetHeight = 1.6;  // metres, of the camera
 constexpr double kStreetStart = 3, kStreetEnd = kStreetLength - 12;
 constexpr int kExposures = 8;  // instants that an exposure is made of
 constexpr double kMoverWidth = 0.7, kMoverHeight = 1.3, kMoverDistance = 2.2, kMoverGap = 1.1;  // metres
@@ -139,7 +141,7 @@ void SceneOptions::validate() const {
   requireInRange("step", step, -1.0, 10.0);
   requireInRange("turn", turn, -180.0, 180.0);
   requireInRange("sway", sway, 0.0, 3.0);
-  requireInRange("offset", offset, -0.5, 0.5);  // of the way that is free of furniture
+  requireInRange("offset", offset, -2.0, 2.0);
   requireInRange("rate", rate, 0.1, 1000.0);
   requireInRange("noise", noise, 0.0, 100.0);
   requireInRange("blur", blur, 0.0, 20.0);
@@ -148,6 +150,7 @@ void SceneOptions::validate() const {
   requireInRange("readout", readout, 0.0, 1.0);
   requireInRange("exposure", exposure, 0.0, 1.0);
   requireInRange("brightness", brightness, 0.0, 1.0);
+  imu.validate();
 }
 
 Scene::Scene(const SceneOptions& options) : options_(options) {
@@ -162,7 +165,16 @@ Scene::Scene(const SceneOptions& options) : options_(options) {
   intrinsics_.validate();
   if (!options_.distortion.empty()) lens_ = std::make_shared<Distortion>(intrinsics_);
 
-  surfaces_ = options_.scene == "room" ? roomSurfaces(options_.seed) : streetSurfaces(options_.seed);
+  const std::shared_ptr<const Trajectory>& trajectory = options_.trajectory;
+  if (options_.scene == "street") {
+    surfaces_ = streetSurfaces(options_.seed);
+    if (trajectory) trajectory_in_scene_ = placeInStreet(*trajectory, {kStreetStart, 0, kStreetHeight});
+  } else if (trajectory) {
+    trajectory_in_scene_ = placeInHall(*trajectory);
+    surfaces_ = hallSurfaces(options_.seed, placesAlong(*trajectory, trajectory_in_scene_));
+  } else {
+    surfaces_ = roomSurfaces(options_.seed);
+  }
   const Vector3d placed_later = Vector3d::Zero();
   const Surface mover = {placed_later,          placed_later, placed_later, placed_later, kMoverWidth, kMoverHeight, 1,
                          TextureStyle::kBricks, {1, 1, 1},    0.004};
@@ -204,6 +216,11 @@ Scene::RayGrid Scene::makeRays(int samples) const {
 }
 
 int Scene::frameCount() const {
+  if (options_.trajectory) {  // a frame's time is left at both ends for a rolling shutter, an exposure and the IMU
+    constexpr double kRounding = 1e-6;
+    const double seconds = options_.trajectory->end() - options_.trajectory->begin();
+    return std::max(0, static_cast<int>(std::floor(seconds * options_.rate + kRounding)) - 1);
+  }
   if (options_.scene == "room" || options_.step == 0) return std::numeric_limits<int>::max();
   return static_cast<int>((kStreetEnd - kStreetStart) / options_.step) + 1;
 }
@@ -217,6 +234,15 @@ Isometry3d Scene::pose(int index) const {
 }
 
 Isometry3d Scene::poseAt(double time) const {
+  Isometry3d pose = pathAt(time);
+  pose.translation() += options_.offset * pose.linear().col(0);
+  return pose;
+}
+
+Isometry3d Scene::pathAt(double time) const {
+  if (options_.trajectory) {
+    return trajectory_in_scene_ * options_.trajectory->pose(options_.trajectory->begin() + (time + 1) / options_.rate);
+  }
   // Translation follows the path travelled, rotation the time: a camera that stands still still looks round.
   const double s = time * options_.step, sway = options_.sway;
   double heading = radians(options_.turn * time + sway * 2.5 * wave(time, 71));
@@ -230,15 +256,39 @@ Isometry3d Scene::poseAt(double time) const {
     heading += angle + M_PI / 4;  // between straight ahead and the wall
     elevation -= radians(5);
   } else {
-    position = {kStreetStart + s, sway * 0.5 * wave(s, 45), 1.6 + sway * 0.02 * wave(s, 7)};
+    position = {kStreetStart + s, sway * 0.5 * wave(s, 45), kStreetHeight + sway * 0.02 * wave(s, 7)};
     heading *= 0.6;  // a vehicle rotates less than a hand-held camera
     elevation *= 0.3;
     roll *= 0.3;
   }
   Isometry3d pose = Isometry3d::Identity();
   pose.linear() = lookAlong(heading, elevation, roll);
-  pose.translation() = position + options_.offset * pose.linear().col(0);
+  pose.translation() = position;
   return pose;
+}
+
+void Scene::requireFreePath(int frames) const {
+  const auto require_free = [&](const Vector3d& from, const Vector3d& to, int frame) {
+    const double length = (to - from).norm(), depth = cast(surfaces_, from, to - from).depth;
+    if (depth == 0 || (depth - 1) * length > kNear) return;
+    std::ostringstream sentence;
+    sentence << "the camera leaves the free space of the " << options_.scene << " at frame " << frame << ", "
+             << frame / options_.rate << " s after the first; change the offset, or scale or shorten the trajectory";
+    throw std::invalid_argument(sentence.str());
+  };
+  for (int i = 0; i < frames; ++i) {
+    require_free(pathAt(i - 1).translation(), pathAt(i).translation(), i);
+    require_free(pathAt(i).translation(), poseAt(i).translation(), i);
+  }
+}
+
+std::vector<ImuSample> Scene::imuSamples(int frames) const {
+  if (options_.imu.rate == 0) return {};
+  const auto camera_pose = [&](double seconds) { return pathAt(seconds * options_.rate); };
+  std::vector<ImuSample> samples =
+      simulateImu(camera_pose, -1 / options_.rate, frames / options_.rate, options_.imu, options_.seed);
+  for (ImuSample& sample : samples) sample.time += kSceneStart;
+  return samples;
 }
 
 Scene::View Scene::viewAt(double time) const {
@@ -337,7 +387,7 @@ cv::Mat Scene::exposed(int index) const {
 RenderedFrame Scene::render(int index) const {
   RenderedFrame frame;
   frame.camera_pose = pose(index);
-  frame.stamp = kSceneStart + index / options_.rate;
+  frame.stamp = stamp(index);
   castGrid(index, centres_, &frame.depth, nullptr);
   cv::resize(exposed(index), frame.image, options_.size, 0, 0, cv::INTER_AREA);
   if (options_.blur > 0) cv::GaussianBlur(frame.image, frame.image, {}, options_.blur);
@@ -347,20 +397,23 @@ RenderedFrame Scene::render(int index) const {
   return frame;
 }
 
-Scene::Hit Scene::cast(const View& view, const Vector2d& ray) {
-  const Vector3d centre = view.pose.translation(), direction = view.pose.linear() * ray.homogeneous();
+Scene::Hit Scene::cast(const std::vector<Surface>& surfaces, const Vector3d& from, const Vector3d& direction) {
   Hit nearest;
-  for (size_t i = 0; i < view.surfaces.size(); ++i) {
-    const Surface& s = view.surfaces[i];
-    const double towards = s.normal.dot(direction), distance = s.normal.dot(s.corner - centre);
+  for (size_t i = 0; i < surfaces.size(); ++i) {
+    const Surface& s = surfaces[i];
+    const double towards = s.normal.dot(direction), distance = s.normal.dot(s.corner - from);
     if (distance >= 0 || towards >= 0) continue;
     const double depth = distance / towards;
     if (nearest.depth > 0 && depth >= nearest.depth) continue;
-    const Vector3d p = centre + depth * direction - s.corner;
+    const Vector3d p = from + depth * direction - s.corner;
     const double u = s.u.dot(p), v = s.v.dot(p);
     if (u >= 0 && v >= 0 && u <= s.width && v <= s.height) nearest = {depth, i, u, v};
   }
   return nearest;
+}
+
+Scene::Hit Scene::cast(const View& view, const Vector2d& ray) {
+  return cast(view.surfaces, view.pose.translation(), view.pose.linear() * ray.homogeneous());
 }
 
 double Scene::depth(int index, const cv::Point2d& pixel) const { return cast(viewAt(index), ray(pixel)).depth; }

@@ -12,7 +12,9 @@
 #include <opencv2/core/mat.hpp>
 
 #include "gms_ransac/camera.h"
+#include "scenes/scene_imu.h"
 #include "scenes/scene_layout.h"
+#include "scenes/scene_trajectory.h"
 
 namespace gms_ransac {
 
@@ -32,6 +34,10 @@ struct SceneOptions {
   double noise = 2;                ///< standard deviation of the image noise, grey levels
   double blur = 0.5;               ///< standard deviation of the lens blur, pixels
   uint64_t seed = 0;               ///< of textures, furniture and noise
+  ImuOptions imu;                  ///< an IMU on the camera
+  /// Path in place of the scene's own, without step, turn and sway. It is moved into the scene, whose room becomes a
+  /// hall that holds it. The first frame is one frame after its start.
+  std::shared_ptr<const Trajectory> trajectory;
 
   // Difficulties. Poses are those of the middle row in the middle of the exposure.
   int movers = 0;         ///< boards that keep before the camera and sway from side to side by themselves
@@ -62,6 +68,12 @@ class Scene {
   const CameraIntrinsics& intrinsics() const { return intrinsics_; }
   /// Frames before the path ends: a very large number in the room, whose path is closed.
   int frameCount() const;
+  double stamp(int index) const { return kSceneStart + index / options_.rate; }
+  /// Throws std::invalid_argument where the camera meets a surface before frame `frames`.
+  void requireFreePath(int frames) const;
+  /// What the IMU measures from one frame before the first to one after the last; the same for both cameras of a stereo
+  /// pair.
+  std::vector<ImuSample> imuSamples(int frames) const;
 
   /// Frame `index` >= 0; the same options and index give the same frame. Throws std::invalid_argument past the end.
   RenderedFrame render(int index) const;
@@ -91,13 +103,15 @@ class Scene {
   };
   /// Where a ray meets a surface first.
   struct Hit {
-    double depth = 0;  ///< along the optical axis; 0: nowhere
+    double depth = 0;  ///< in lengths of the ray, whose z is 1 along the optical axis; 0: nowhere
     size_t surface = 0;
     double u = 0, v = 0;  ///< on that surface, metres
   };
+  Eigen::Isometry3d pathAt(double time) const;  ///< in frames; without the offset
   Eigen::Isometry3d poseAt(double time) const;  ///< in frames
   View viewAt(double time) const;
   Eigen::Vector2d ray(const cv::Point2d& pixel) const;
+  static Hit cast(const std::vector<Surface>& surfaces, const Eigen::Vector3d& from, const Eigen::Vector3d& direction);
   static Hit cast(const View& view, const Eigen::Vector2d& ray);
   /// Depth at the grid's rays and, where `shading` is given, its grey levels or colours.
   void castGrid(double time, const RayGrid& grid, cv::Mat_<float>* depth, cv::Mat* shading) const;
@@ -108,6 +122,7 @@ class Scene {
   SceneOptions options_;
   CameraIntrinsics intrinsics_;
   std::shared_ptr<const Distortion> lens_;  ///< null: no distortion
+  Eigen::Isometry3d trajectory_in_scene_ = Eigen::Isometry3d::Identity();
   std::vector<Surface> surfaces_;
   std::deque<Texture> textures_;  ///< one for each surface
   RayGrid samples_, centres_;     ///< of the image samples and of the pixel centres

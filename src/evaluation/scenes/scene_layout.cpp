@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
@@ -9,6 +10,8 @@
 namespace gms_ransac {
 
 namespace {
+
+constexpr double kRoomSide = 13, kRoomHeight = 3.6;  // metres
 
 using Eigen::Vector3d;
 using Eigen::Vector3f;
@@ -53,26 +56,43 @@ void addBox(const Box& box, std::vector<Surface>& surfaces) {
   surfaces.push_back(rectangle(corner, x, -y, box.size.x(), box.size.y(), TextureStyle::kCollage, box.tint));
 }
 
+/// Four walls, floor and ceiling round the origin; `size` along x, y and z.
+std::vector<Surface> walls(const Vector3d& size, double floor_texel, double ceiling_texel) {
+  const Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+  const double half_x = size.x() / 2, half_y = size.y() / 2, height = size.z();
+  return {
+      rectangle({-half_x, half_y, height}, x, -z, size.x(), height, TextureStyle::kPictures, kWarm),
+      rectangle({half_x, half_y, height}, -y, -z, size.y(), height, TextureStyle::kBricks, kRed),
+      rectangle({half_x, -half_y, height}, -x, -z, size.x(), height, TextureStyle::kPictures, kCool),
+      rectangle({-half_x, -half_y, height}, y, -z, size.y(), height, TextureStyle::kStones, kGreen),
+      rectangle({-half_x, half_y, 0}, x, -y, size.x(), size.y(), TextureStyle::kPlanks, kWood, floor_texel),
+      rectangle({-half_x, -half_y, height}, x, y, size.x(), size.y(), TextureStyle::kPlaster, kNeutral, ceiling_texel)};
+}
+
+/// A piece of furniture of random kind and colour.
+Box furniture(cv::RNG& rng, const Vector3d& centre, double yaw, const Vector3d& size) {
+  const TextureStyle styles[] = {TextureStyle::kShelves, TextureStyle::kCollage, TextureStyle::kCollage,
+                                 TextureStyle::kShelves, TextureStyle::kCollage};
+  const Vector3f tints[] = {kWood, kWarm, kCool, kGreen, kRed};
+  const int style = rng.uniform(0, 5), tint = rng.uniform(0, 5);
+  return {centre, yaw, size, styles[style], tints[tint]};
+}
+
+/// Whether a path stays so far from a box, metres.
+bool isClear(const std::vector<Vector3d>& path, const Box& box, double distance) {
+  const double radius = box.size.head<2>().norm() / 2 + distance, top = box.size.z() + distance;
+  return std::none_of(path.begin(), path.end(),
+                      [&](const Vector3d& p) { return p.z() < top && (p - box.centre).head<2>().norm() < radius; });
+}
+
 }  // namespace
 
 std::vector<Surface> roomSurfaces(uint64_t seed) {
-  constexpr double kHalf = 6.5, kHeight = 3.6, kSide = 2 * kHalf;
-  const Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
-  std::vector<Surface> surfaces = {
-      rectangle({-kHalf, kHalf, kHeight}, x, -z, kSide, kHeight, TextureStyle::kPictures, kWarm),
-      rectangle({kHalf, kHalf, kHeight}, -y, -z, kSide, kHeight, TextureStyle::kBricks, kRed),
-      rectangle({kHalf, -kHalf, kHeight}, -x, -z, kSide, kHeight, TextureStyle::kPictures, kCool),
-      rectangle({-kHalf, -kHalf, kHeight}, y, -z, kSide, kHeight, TextureStyle::kStones, kGreen),
-      rectangle({-kHalf, kHalf, 0}, x, -y, kSide, kSide, TextureStyle::kPlanks, kWood, 0.008),
-      rectangle({-kHalf, -kHalf, kHeight}, x, y, kSide, kSide, TextureStyle::kPlaster, kNeutral, 0.01)};
-
+  constexpr double kHalf = kRoomSide / 2;
+  std::vector<Surface> surfaces = walls({kRoomSide, kRoomSide, kRoomHeight}, 0.008, 0.01);
   cv::RNG rng(seed + 1);
-  const TextureStyle furniture[] = {TextureStyle::kShelves, TextureStyle::kCollage, TextureStyle::kCollage,
-                                    TextureStyle::kShelves, TextureStyle::kCollage};
-  const Vector3f tints[] = {kWood, kWarm, kCool, kGreen, kRed};
   const auto add = [&](double px, double py, double yaw, double w, double d, double h) {
-    const int kind = rng.uniform(0, 5);
-    addBox({{px, py, 0}, yaw, {w, d, h}, furniture[kind], tints[rng.uniform(0, 5)]}, surfaces);
+    addBox(furniture(rng, {px, py, 0}, yaw, {w, d, h}), surfaces);
   };
   for (int wall = 0; wall < 4; ++wall) {  // cupboards along the walls, their backs against them
     const double yaw = wall * M_PI / 2;
@@ -94,6 +114,35 @@ std::vector<Surface> roomSurfaces(uint64_t seed) {
     const double angle = i * M_PI / 3 + rng.uniform(-0.2, 0.2), r = rng.uniform(0.9, 2.0);
     add(r * std::cos(angle), r * std::sin(angle), rng.uniform(0.0, 1.5), rng.uniform(0.3, 0.8), rng.uniform(0.3, 0.8),
         rng.uniform(0.6, 2.6));
+  }
+  return surfaces;
+}
+
+std::vector<Surface> hallSurfaces(uint64_t seed, const std::vector<Vector3d>& path) {
+  constexpr double kToWall = 3, kToCeiling = 1.5, kClear = 0.7, kPitch = 2, kMostInARow = 20;
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& p : path) box.extend(p);
+  if (box.sizes().head<2>().maxCoeff() > kLargestPath) {
+    throw std::invalid_argument(
+        cv::format("the trajectory is %.0f m x %.0f m in size; a room holds %.0f m: scale or "
+                   "shorten it",
+                   box.sizes().x(), box.sizes().y(), kLargestPath));
+  }
+  const Vector3d size(std::max(kRoomSide, box.sizes().x() + 2 * kToWall),
+                      std::max(kRoomSide, box.sizes().y() + 2 * kToWall),
+                      std::max(kRoomHeight, box.max().z() + kToCeiling));
+  // Furniture and texels grow with the hall, so that their number does not.
+  const double pitch = std::max(kPitch, size.head<2>().maxCoeff() / kMostInARow), growth = pitch / kPitch;
+  std::vector<Surface> surfaces = walls(size, 0.008 * growth, 0.01 * growth);
+  cv::RNG rng(seed + 3);
+  for (double x = -size.x() / 2 + pitch / 2; x < size.x() / 2 - pitch / 3; x += pitch) {
+    for (double y = -size.y() / 2 + pitch / 2; y < size.y() / 2 - pitch / 3; y += pitch) {
+      const Vector3d centre(x + pitch * rng.uniform(-0.2, 0.2), y + pitch * rng.uniform(-0.2, 0.2), 0);
+      const double yaw = rng.uniform(0.0, 1.5), width = growth * rng.uniform(0.3, 0.8);
+      const double depth = growth * rng.uniform(0.3, 0.8), height = size.z() * rng.uniform(0.15, 0.75);
+      const Box piece = furniture(rng, centre, yaw, {width, depth, height});
+      if (isClear(path, piece, kClear)) addBox(piece, surfaces);
+    }
   }
   return surfaces;
 }

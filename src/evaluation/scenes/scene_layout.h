@@ -52,6 +52,11 @@ struct Surface {
 std::vector<Surface> roomSurfaces(uint64_t seed);
 constexpr double kRoomPathRadius = 3.6;
 
+/// A hall with furniture that leaves 0.7 m round a path free. The path is centred on the z axis above the floor z = 0;
+/// throws std::invalid_argument if it is longer than kLargestPath along x or y.
+std::vector<Surface> hallSurfaces(uint64_t seed, const std::vector<Eigen::Vector3d>& path);
+constexpr double kLargestPath = 100;
+
 /// A street along x from 0 to kStreetLength, 11 m wide round y = 0, with vehicles, kiosks and poles at both sides;
 /// free for a camera within 1.5 m of y = 0. Open to the sky.
 std::vector<Surface> streetSurfaces(uint64_t seed);

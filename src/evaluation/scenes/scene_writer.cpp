@@ -1,5 +1,6 @@
 #include "scenes/scene_writer.h"
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -24,6 +25,20 @@ void writeImageFile(const fs::path& path, const cv::Mat& image) {
   if (!cv::imwrite(path.string(), image)) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
+/// EuRoC's imu0/data.csv.
+void writeImuFile(const std::vector<ImuSample>& samples, const fs::path& path) {
+  std::ofstream file = openText(path);
+  file.precision(12);
+  file << "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],a_RS_S_x [m s^-2],a_RS_S_y [m "
+          "s^-2],a_RS_S_z [m s^-2]\n";
+  for (const ImuSample& sample : samples) {
+    file << std::llround(sample.time * 1e9);
+    for (const Eigen::Vector3d& vector : {sample.angular_velocity, sample.specific_force})
+      for (const double value : vector) file << ',' << value;
+    file << '\n';
+  }
+}
+
 }  // namespace
 
 void writeTumFolder(const Scene& scene, int frames, const std::string& folder, const std::function<void()>& written) {
@@ -45,6 +60,7 @@ void writeTumFolder(const Scene& scene, int frames, const std::string& folder, c
   rgb << "# colour images of a rendered scene\n# timestamp filename\n";
   depth << "# depth images of a rendered scene, " << kDepthUnitsPerMetre << " to the metre\n# timestamp filename\n";
   truth << "# exact camera poses of a rendered scene\n# timestamp tx ty tz qx qy qz qw\n";
+  if (scene.options().imu.rate > 0) writeImuFile(scene.imuSamples(frames), root / "imu.csv");
   for (int i = 0; i < frames; ++i) {
     const RenderedFrame frame = scene.render(i);
     const std::string stamp = std::to_string(frame.stamp);
