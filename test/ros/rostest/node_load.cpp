@@ -145,7 +145,7 @@ class Graph {
     return true;
   }
 
-  int sent = 0, answered = 0;
+  int sent = 0, received = 0, answered = 0;
   Clock::time_point last_answer;     ///< what roscpp loses of images that come too fast is never answered
   std::vector<double> latencies_ms;  ///< of correspondences
 
@@ -168,6 +168,7 @@ class Graph {
   void onStats(const MatchStatsConstPtr& stats) {
     ++answered;
     last_answer = Clock::now();
+    received = static_cast<int>(stats->frames_received);
     handled_ = static_cast<int>(stats->frames_processed + stats->frames_dropped);
   }
   void onCorrespondences(const CorrespondencesConstPtr& message) {
@@ -205,7 +206,7 @@ void measure(const LoadOptions& options, const Footage& footage, ros::NodeHandle
   graph.waitFor(graph.sent);
   graph.answered = 0;
   graph.latencies_ms.clear();
-  const int sent_before = graph.sent;
+  const int sent_before = graph.sent, received_before = graph.received;
   const double processor_before = processorSeconds(pid);
   const auto start = Clock::now();
   graph.stream(options.rate, options.seconds);
@@ -213,12 +214,12 @@ void measure(const LoadOptions& options, const Footage& footage, ros::NodeHandle
   const double seconds = std::chrono::duration<double>(graph.last_answer - start).count();
   const double processor = processorSeconds(pid) - processor_before;
   // In the manager's process most memory is that of the footage.
-  std::printf("| %s | %s | %d | %s | %.1f | %d of %d | %.2f | %.2f | %.1f | %s |\n",
+  const int received = graph.received - received_before, lost = graph.sent - sent_before - received;
+  std::printf("| %s | %s | %d | %s | %.1f | %d of %d | %d | %.2f | %.2f | %.1f | %s |\n",
               options.separate ? "node" : "manager", options.extractor.c_str(), options.threads,
               options.rate > 0 ? cv::format("%.1f", options.rate).c_str() : "as answered", graph.answered / seconds,
-              graph.answered, graph.sent - sent_before, percentile(graph.latencies_ms, 50),
-              percentile(graph.latencies_ms, 99), 100 * processor / seconds,
-              options.separate ? cv::format("%.1f", peakMegabytes(pid)).c_str() : "-");
+              graph.answered, received, lost, percentile(graph.latencies_ms, 50), percentile(graph.latencies_ms, 99),
+              100 * processor / seconds, options.separate ? cv::format("%.1f", peakMegabytes(pid)).c_str() : "-");
   std::fflush(stdout);
   if (manager) manager->unload(kFilter);
   ros::param::del(kFilter);
@@ -242,8 +243,9 @@ int nodeLoad(const Arguments& arguments) {
       "match_filter_node in a process of its own; default: the nodelet in the publisher's process");
   const char* usage =
       "node_load [options]\n\nPublishes rendered images to the match filter and prints, for each extractor and rate, a "
-      "row of:\nimages answered per second, latency from the image's stamp to ~correspondences (ms), processor "
-      "time\nof the filter's process in percent of one core (in the manager with the publisher in it) and its "
+      "row of:\nimages answered per second, answered of those that reached the filter, those that roscpp's queues lost "
+      "before,\nlatency from the image's stamp to ~correspondences (ms), processor time\nof the filter's process in "
+      "percent of one core (in the manager with the publisher in it) and its "
       "peak\nmemory. Needs a ROS master.";
   if (!parseCommandLine(arguments, usage, options)) return 0;
   for (const double rate : rates) {
@@ -262,9 +264,9 @@ int nodeLoad(const Arguments& arguments) {
   ros::NodeHandle nh;
   const Footage footage = render();
   std::puts(
-      "| process | extractor | threads | images/s sent | answered/s | answered | p50 ms | p99 ms | % of a core | peak "
-      "MB |\n"
-      "|---|---|---|---|---|---|---|---|---|---|");
+      "| process | extractor | threads | images/s sent | answered/s | answered | lost by roscpp | p50 ms | p99 "
+      "ms | % of a core | peak MB |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|");
   for (const std::string& extractor : extractors) {
     load.extractor = extractor;
     for (const double rate : rates) {
