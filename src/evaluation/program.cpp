@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include <errno.h>
+#include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <boost/lexical_cast.hpp>
@@ -203,14 +204,16 @@ Reporter::Reporter(const std::vector<std::string>& arguments, const std::string&
   const auto handler = std::signal(SIGINT, SIG_IGN);  // inherited: Ctrl-C ends the records, and then comes the report
   pipe_ = popen((command + (out == "-" ? " 1>&2" : "")).c_str(), "w");
   std::signal(SIGINT, handler);
+  // Room for the records of some hundred pairs: they are measured before Python has found its modules.
+  if (pipe_) fcntl(fileno(pipe_), F_SETPIPE_SZ, 1 << 20);
 }
 
 Reporter::~Reporter() {
   if (pipe_) pclose(pipe_);
 }
 
-void Reporter::add(const std::string& record) {
-  if (pipe_) std::fprintf(pipe_, "%s\n", record.c_str());
+void Reporter::add(const std::string& record, const std::string& reported) {
+  if (pipe_) std::fprintf(pipe_, "%s\n", reported.c_str());
   std::ostream& file = out_ == "-" ? std::cout : file_;
   if (!out_.empty() && !(file << record << std::endl)) {
     throw std::runtime_error(out_ + ": writing failed; is the disk full?");

@@ -104,8 +104,9 @@ class Reporter {
   Reporter(const Reporter&) = delete;
   Reporter& operator=(const Reporter&) = delete;
 
-  /// The record is on disk when this returns. Throws std::runtime_error when it cannot be written.
-  void add(const std::string& record);
+  /// `record` is on disk when this returns; `reported` is what the script reads of it. Throws std::runtime_error when
+  /// it cannot be written.
+  void add(const std::string& record, const std::string& reported);
   /// Waits for the report. Returns the exit status: kNoReport if there is none, kBadInput if the arguments are refused.
   int finish();
 

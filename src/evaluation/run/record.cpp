@@ -22,9 +22,6 @@ using nlohmann::json;
 
 constexpr size_t kBins = 10;  ///< of the probability of a match, of equal width
 
-/// The nearest double with nine significant digits: reads back as the same float, and prints short.
-double shortest(float value) { return std::stod(cv::format("%.9g", static_cast<double>(value))); }
-
 bool hasPose(const MatchResult& result) {
   return result.status == Status::kOk || result.status == Status::kLowParallax;
 }
@@ -184,6 +181,15 @@ const cv::Point2f& pointOf(const Features& features, int keypoint) {
 }
 
 }  // namespace
+
+double shortest(float value) {
+  const double exact = value, size = std::abs(exact);
+  if (size < 1e-4 || size >= 1e9) return std::stod(cv::format("%.9g", exact));
+  // The product is exact, as 24 bits of a float and the 28 of 5^12 fit into a double.
+  double scale = 1;
+  while (size * scale < 1e8) scale *= 10;
+  return std::nearbyint(exact * scale) / scale;
+}
 
 json recordOf(const Answer& answer) {
   const MatchResult& result = answer.result;

@@ -35,6 +35,9 @@ nlohmann::json recordOf(const MatchFilterOptions& options, Method& method, const
 nlohmann::json recordOf(const MatchFilterOptions& options, const MatchResult& result,
                         const Eigen::Isometry3d& current_in_reference);
 
+/// The nearest double with nine significant digits: reads back as the same float, and prints short.
+double shortest(float value);
+
 /// u_reference, v_reference, u_current, v_current, confidence and probability of each inlier.
 nlohmann::json correspondencesOf(const Answer& answer);
 

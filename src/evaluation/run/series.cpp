@@ -1,6 +1,7 @@
 #include "run/series.h"
 
 #include <algorithm>
+#include <future>
 #include <iostream>
 #include <limits>
 #include <map>
@@ -33,10 +34,12 @@ class Experiment {
     for (const MatchFilterOptions& options : pipelines) filters_.emplace_back(options);
   }
 
-  Records run(const DatasetPair& pair);
+  /// Reads the images of the `next` pair, if there is one, on other threads.
+  Records run(const DatasetPair& pair, const DatasetPair* next);
   Records time(const DatasetPair& pair, int seeds);
 
  private:
+  void readAhead(const DatasetPair& pair);
   const Frame& frame(int index, int rounds);
   /// Extracts what is missing, drops what is not needed any more, and sets the camera.
   PairTruth prepare(const DatasetPair& pair, int rounds);
@@ -48,17 +51,26 @@ class Experiment {
   const bool correspondences_;
   const uint64_t first_seed_;  ///< that a record's `repeat` counts from
   std::vector<MatchFilter> filters_;
-  std::map<int, Frame> frames_;             ///< extracted and still needed
-  std::map<int, std::vector<Past>> pasts_;  ///< of each filter, by the current image of a pair
+  std::map<int, std::future<cv::Mat>> ahead_;  ///< images that are being read
+  std::map<int, Frame> frames_;                ///< extracted and still needed
+  std::map<int, std::vector<Past>> pasts_;     ///< of each filter, by the current image of a pair
   Camera camera_;
   MatchResult result_;
 };
+
+void Experiment::readAhead(const DatasetPair& pair) {
+  for (const int index : {pair.reference, pair.current}) {
+    if (frames_.count(index) > 0 || ahead_.count(index) > 0) continue;
+    ahead_[index] = std::async(std::launch::async, [this, index] { return set_.dataset.image(index); });
+  }
+}
 
 const Frame& Experiment::frame(int index, int rounds) {
   const auto [place, is_new] = frames_.try_emplace(index);
   Frame& frame = place->second;
   if (!is_new) return frame;
-  const cv::Mat image = set_.dataset.image(index);
+  auto ahead = ahead_.extract(index);
+  const cv::Mat image = ahead ? ahead.mapped().get() : set_.dataset.image(index);
   double fastest = std::numeric_limits<double>::infinity();
   for (int round = 0; round < rounds; ++round) {
     filters_.front().extract(image, frame, cv::Mat(), set_.dataset.stamp(index));
@@ -99,7 +111,8 @@ json Experiment::record(const DatasetPair& pair, const PairTruth& truth, const M
   return record;
 }
 
-Records Experiment::run(const DatasetPair& pair) {
+Records Experiment::run(const DatasetPair& pair, const DatasetPair* next) {
+  if (next) readAhead(*next);
   const PairTruth truth = prepare(pair, 1);
   // Pairs a gap of n apart are n streams, one in the other.
   const auto before = pasts_.find(pair.reference);
@@ -209,7 +222,9 @@ Series pairSeries(const MeasuredSet& set, int gap, int stride, const Pipelines& 
   return {set.dataset.name() + (listed ? "" : ", gap " + std::to_string(gap)), pairs.size(),
           [=, &set, &pipelines] {
             const auto experiment = std::make_shared<Experiment>(set, pipelines, gap, correspondences);
-            return [=](size_t pair) { return experiment->run(pairs[pair]); };
+            return [=](size_t pair) {
+              return experiment->run(pairs[pair], pair + 1 < pairs.size() ? &pairs[pair + 1] : nullptr);
+            };
           },
           listed ? 0 : kPairsBefore * static_cast<size_t>(gap)};
 }
@@ -273,8 +288,13 @@ int stream(const std::vector<Series>& all, const std::string& unit, const std::v
   {
     Progress progress("evaluating " + unit, static_cast<int>(count));
     for (size_t i = 0; i < all.size() && !interrupted(); ++i) {
-      all[i].measure(0, all[i].count, [&](const Records& records) {
-        for (const json& record : records) reporter.add(record.dump());
+      all[i].measure(0, all[i].count, [&](Records& records) {
+        for (json& record : records) {
+          const std::string line = record.dump();
+          // Python would take longer to read them than the pair took, and the tables have no use for them.
+          const bool shorter = record.erase("correspondences") > 0;
+          reporter.add(line, shorter ? record.dump() : line);
+        }
         progress.advance(all.size() > 1 ? all[i].name : "");
         ++done;
         return !interrupted();
