@@ -9,6 +9,7 @@
   evaluate_report.py trust FOLDER [--no-tables] [--before FOLDER] [--into DOCUMENT]...
                                                          tables and plots of `evaluate trust`, or of a file of records of
                                                          `evaluate run`, into the folder of its name
+  evaluate_report.py motion FOLDER                       the statuses of recorded motions that scripts/trust renders
   evaluate_report.py odometry [--plot FILE] [--peer FILE]... [--witness FILE]... [--leave-out N] [--align] <RECORDS
                                                          the tables of `evaluate odometry`, from the lines of its --out
   evaluate_report.py insert DOCUMENT NAME FILE           puts what a program printed (scripts/demo: out/demo/summary.txt)
@@ -58,6 +59,8 @@ def main():
     option("--no-tables", action="store_true", help="only pairs.csv")
     option("--before", help="an earlier folder of the same pairs: how many of its right answers are kept")
     option("--into", action="append", default=[], help="document whose marked tables are replaced; may be repeated")
+    option = command("motion", lambda given: trust.motions(given.folder.rstrip("/")))
+    option("folder", help="of measurements")
     option = command("odometry", lambda given: odometry.report(sys.stdin, given.plot, given.peer, given.witness,
                                                                given.leave_out, given.align, given.witness_noise))
     option("--plot", help="file for the paths, and the errors over the length")

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from report.common import POSED, grouped, insert, markdown, name_of, naming, pyplot, read_units, write_csv
+from report.odometry import angle
 from report.plots import grid_of, save
 
 Z95 = 1.959964  # two-sided 95 % of a normal distribution
@@ -18,6 +19,7 @@ ENOUGH = 20  # answers of one set or scene, for a share of them to mean somethin
 CLOCK = 1e8  # seconds; later stamps are of one clock for all recordings, earlier ones begin anew in each
 PLOTS = ("risk_coverage.png", "reliability.png")
 AXES = ("rx", "ry", "rz")
+FAST = 90.0  # degrees a second
 CONTRADICTED = 16.27 / 3  # normalised square of a rotation that its covariance allows in one of a thousand cases
 # Rotation and direction in degrees; an answer with a larger error is wrong.
 LIMITS = {"real": (3, 30), "rendered": (1, 20), "drawn": (1, 20), "sequence": (1, 20)}
@@ -109,7 +111,7 @@ def tangent_errors(estimate, truth, covariance):
 
 
 COLUMNS = ("kind", "set", "gap", "pair", "from_s", "to_s", "method", "status", "survivors", "inliers", "has_truth",
-           "stationary", "baseline_m", "moved", "right", "wrong", "rotation_wrong", "rotation_error_deg", "direction_error_deg", "rx_deg", "ry_deg",
+           "stationary", "baseline_m", "rate_deg_s", "moved", "right", "wrong", "rotation_wrong", "rotation_error_deg", "direction_error_deg", "rx_deg", "ry_deg",
            "rz_deg", "rotation_sigma_deg", "direction_sigma_deg", "uncertainty_deg", "nees_rotation", "nees_direction",
            "parallax_px", "sigma_px", "covariance", "reliability")
 
@@ -125,6 +127,8 @@ def row_of(record):
         row.update(from_s=record.get("reference_stamp", math.nan), to_s=record["stamp"])
     if truth:
         row.update(baseline_m=float(np.linalg.norm(truth["translation_m"])), moved=truth["moved"])
+        if "R" in truth and row["to_s"] > row["from_s"]:  # earlier versions recorded no rotation
+            row.update(rate_deg_s=math.degrees(angle(np.reshape(truth["R"], (3, 3)))) / (row["to_s"] - row["from_s"]))
     if record["status"] in POSED:
         row.update(covariance=record["covariance"], parallax_px=record["median_parallax_px"],
                    sigma_px=record["sigma_px"] or 0.0)
@@ -335,6 +339,20 @@ def statuses_table(answers):
         line("stationary", still, [a for a in still if a.moved])])
 
 
+def motions_table(answers):
+    """A line for each set and method: its statuses, also of the pairs whose camera rotates faster than FAST."""
+    def line(part):
+        row, fast = figures(part), figures([a for a in part if a.rate_deg_s > FAST])
+        low = sum(a.low for a in part)
+        return [str(len(part)), number(row["ok"]), str(low), str(len(part) - row["ok"] - low), wrong_cell(row),
+                nees_cell(row, "rotation"), nees_cell(row, "direction"), "%d of %d" % (fast["ok"], fast["pairs"]),
+                wrong_cell(fast)]
+    return table(["", "method", "pairs", "OK", "LOW_PARALLAX", "no pose", "OK and wrong", "NEES rotation", "NEES direction",
+                  "above %.0f degrees/s: OK" % FAST, "of these wrong"],
+                 [[name, method] + line(part) for (name, method), part in
+                  grouped((a for a in answers if a.has_truth), lambda a: (name_of(a.set, a.gap), a.method)).items()])
+
+
 def halves_table(answers):
     """What may be tuned on, the even pairs, beside what may not, the odd ones."""
     names = TRUSTED + JUDGED + ["ECE"]
@@ -447,6 +465,15 @@ def copy_plots(document, folder):
         if "(%s/%s)" % (os.path.basename(beside), name) in text and os.path.exists(os.path.join(folder, name)):
             os.makedirs(beside, exist_ok=True)
             shutil.copy(os.path.join(folder, name), beside)
+
+
+def motions(folder):
+    """Prints the table of rendered motions, and writes it to motion.md of the folder."""
+    text = motions_table(read(folder))
+    path = os.path.join(folder, "motion.md")
+    with naming(path), open(path, "w") as stream:
+        stream.write(text)
+    print(text, end="")
 
 
 def report(path, with_tables=True, before=None, into=()):

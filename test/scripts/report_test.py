@@ -474,6 +474,20 @@ class Trust(unittest.TestCase):
         self.assertEqual(lines[2].split("|")[1:4], [" MOTION_UNKNOWN ", " 1 ", " no pose "])
         self.assertEqual(lines[3].split("|")[1:4], [" stationary ", " 1 ", " 1 (100.0 %) "], "the camera has moved")
 
+    def test_motions_tell_fast_rotations_apart(self):
+        def of(degrees, **fields):
+            made = dict(answer(kind="rendered", **fields), reference_stamp=1.0, stamp=1.05)
+            c, s = math.cos(degrees * DEGREE), math.sin(degrees * DEGREE)
+            made["truth"]["R"] = [c, -s, 0, s, c, 0, 0, 0, 1]
+            row, = trust.judge([made])
+            return SimpleNamespace(**row, ok=row["status"] == "OK", low=row["status"] == "LOW_PARALLAX", bins=np.zeros((10, 3)))
+        self.assertAlmostEqual(of(4).rate_deg_s, 80)
+        line = trust.motions_table([of(4), of(4, rotation=(0, 0, 2)), of(5), of(5, direction=30), of(5, status="LOW_PARALLAX"),
+                                    of(4, status="MOTION_UNKNOWN")]).splitlines()[2]
+        cells = [cell.strip() for cell in line.split("|")[1:-1]]
+        self.assertEqual(cells[:7], ["s, gap 1", "lan", "6", "4", "1", "1", "2 (50.0 %)"])
+        self.assertEqual(cells[9:], ["2 of 3", "1 (50.0 %)"])
+
     def test_risk_coverage(self):
         answers = [SimpleNamespace(ok=ok, wrong=wrong, uncertainty_deg=uncertainty)
                    for ok, wrong, uncertainty in ((True, True, 3), (True, False, 1), (False, False, 2))]

@@ -51,6 +51,7 @@ printf '<!-- begin of the recordings -->\nold\n<!-- end of the recordings -->\n'
 cat >"$work/trust/bin/rosrun" <<'PROGRAM'
 #!/usr/bin/env bash
 [ "$2" = render_scene ] && { mkdir -p "$3"; exit; }
+[ "$3" = odometry ] && exit
 while [ $# -gt 1 ]; do [ "$1" = --out ] && out=$2; shift; done
 mkdir -p "$out"
 echo '{"unit": 0, "runs": [{"kind": "real", "set": "s", "gap": 1, "method": "m", "status": "RANSAC_FAILED", "stationary": false, "inliers": 0,
@@ -67,6 +68,20 @@ for options in "" "--into $work/other.md"; do
   grep -qx old "$work/other.md" && replaced=no || replaced=yes
   expect "tables replaced with '$options'" "$replaced" "$([ -n "$options" ] && echo yes || echo no)"
 done
+
+# It measures motions alone, with both shutters, and refuses what is no file.
+! "$work/trust/scripts/trust" --motion "$work/none.txt --from 3" >"$work/log" 2>&1 || fail "scripts/trust took no file"
+expect "a motion that is no file" "$(cat "$work/log")" "trust: --motion: '$work/none.txt' is no file"
+! "$work/trust/scripts/trust" --out "$work/trust/out" >"$work/log" 2>&1 || fail "scripts/trust took no input"
+touch "$work/hand.txt"
+if python3 -c 'import numpy' 2>/dev/null; then
+  PATH=$work/trust/bin:$PATH "$work/trust/scripts/trust" --out "$work/trust/alone" --motion "$work/hand.txt --from 3" >"$work/log" 2>&1 ||
+    fail "scripts/trust --motion: $(cat "$work/log")"
+  expect "motions rendered" "$(cd "$work/trust/alone" && cat motion/*/done)" \
+    "--rate 20 --readout 0 --trajectory $work/hand.txt --from 3
+--rate 20 --readout 0.4 --trajectory $work/hand.txt --from 3"
+  expect "only motions" "$(ls "$work/trust/alone")" motion
+fi
 
 # Styles are judged by the tools that they were written for.
 for tool in clang-format clang-tidy; do
