@@ -133,7 +133,7 @@ std::vector<Surface> hallSurfaces(uint64_t seed, const std::vector<Vector3d>& pa
                       std::max(kRoomHeight, box.max().z() + kToCeiling));
   // Furniture and texels grow with the hall, so that their number does not.
   const double pitch = std::max(kPitch, size.head<2>().maxCoeff() / kMostInARow), growth = pitch / kPitch;
-  std::vector<Surface> surfaces = walls(size, 0.008 * growth, 0.01 * growth);
+  std::vector<Surface> surfaces = walls(size, 0.004 * growth, 0.005 * growth);
   cv::RNG rng(seed + 3);
   for (double x = -size.x() / 2 + pitch / 2; x < size.x() / 2 - pitch / 3; x += pitch) {
     for (double y = -size.y() / 2 + pitch / 2; y < size.y() / 2 - pitch / 3; y += pitch) {
