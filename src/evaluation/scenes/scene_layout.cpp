@@ -124,9 +124,8 @@ std::vector<Surface> hallSurfaces(uint64_t seed, const std::vector<Vector3d>& pa
   for (const Vector3d& p : path) box.extend(p);
   if (box.sizes().head<2>().maxCoeff() > kLargestPath) {
     throw std::invalid_argument(
-        cv::format("the trajectory is %.0f m x %.0f m in size; a room holds %.0f m: scale or "
-                   "shorten it",
-                   box.sizes().x(), box.sizes().y(), kLargestPath));
+        cv::format("the trajectory is %.0f m x %.0f m in size, a room %.0f m; scale or shorten it", box.sizes().x(),
+                   box.sizes().y(), kLargestPath));
   }
   const Vector3d size(std::max(kRoomSide, box.sizes().x() + 2 * kToWall),
                       std::max(kRoomSide, box.sizes().y() + 2 * kToWall),
@@ -137,10 +136,10 @@ std::vector<Surface> hallSurfaces(uint64_t seed, const std::vector<Vector3d>& pa
   cv::RNG rng(seed + 3);
   for (double x = -size.x() / 2 + pitch / 2; x < size.x() / 2 - pitch / 3; x += pitch) {
     for (double y = -size.y() / 2 + pitch / 2; y < size.y() / 2 - pitch / 3; y += pitch) {
-      const Vector3d centre(x + pitch * rng.uniform(-0.2, 0.2), y + pitch * rng.uniform(-0.2, 0.2), 0);
+      const double aside = pitch * rng.uniform(-0.2, 0.2), ahead = pitch * rng.uniform(-0.2, 0.2);
       const double yaw = rng.uniform(0.0, 1.5), width = growth * rng.uniform(0.3, 0.8);
       const double depth = growth * rng.uniform(0.3, 0.8), height = size.z() * rng.uniform(0.15, 0.75);
-      const Box piece = furniture(rng, centre, yaw, {width, depth, height});
+      const Box piece = furniture(rng, {x + aside, y + ahead, 0}, yaw, {width, depth, height});
       if (isClear(path, piece, kClear)) addBox(piece, surfaces);
     }
   }

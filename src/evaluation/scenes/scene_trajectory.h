@@ -29,7 +29,7 @@ struct TrajectoryOptions {
 /// line.
 std::vector<StampedPose> readTrajectory(const TrajectoryOptions& options);
 
-/// A uniform B-spline of degree five through or near the poses: acceleration and angular acceleration are smooth.
+/// A uniform B-spline of degree five close to the poses: acceleration and angular acceleration are smooth.
 /// Position and unit quaternion are fitted by least squares with third differences as penalty (Eilers & Marx 1996,
 /// P-splines), the quaternion is normalised afterwards.
 class Trajectory {
