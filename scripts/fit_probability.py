@@ -9,8 +9,7 @@ src/core/judgement/probability.cpp; --write replaces the table there.
 
 The probability is a product of logistic factors, one for each piece of evidence, because any of them may rule a pose out.
 Slopes and offsets are held by a prior: the limits below, and steps of that evidence which change the odds by e.
-A pose is right up to 20 degrees of direction and 3 of rotation, on drawn and rendered scenes 1, beyond two deviations of
-the truth.
+scripts/report/calibration.py defines what is right.
 """
 import argparse
 import json
@@ -20,6 +19,8 @@ import sys
 
 import numpy
 from scipy.optimize import minimize
+
+from report.calibration import is_judged, rights_of
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent / "src/core/judgement/probability.cpp"
 # Evidence: logarithmic, limit, step (negative: less is better), word if it weighs most.
@@ -50,40 +51,15 @@ MOST = 20  # steps from the limit
 PAIRS_OF_SET, PAIRS_OF_SCENE = 60, 15
 
 
-def rotation_error(a, b):
-    return numpy.degrees(numpy.arccos(numpy.clip((numpy.trace(a.T @ b) - 1) / 2, -1, 1)))
-
-
-def angle(a, b):
-    lengths = numpy.linalg.norm(a) * numpy.linalg.norm(b)
-    return 180.0 if lengths < 1e-12 else numpy.degrees(numpy.arccos(numpy.clip(a @ b / lengths, -1, 1)))
-
-
 class Pair:
     """A record: evidence, and what of it the truth confirms (None: not known)."""
 
     def __init__(self, record):
-        judgement, truth = record["judgement"], record["truth"]
         self.set, self.status, self.real = record["set"], record["status"], record["kind"] == "real"
         self.group = "sequence" if self.set.startswith("sequence") else re.sub("_noise_.*|_[0-9.]+$", "", self.set)
-        self.evidence = judgement["evidence"]
+        self.evidence = record["judgement"]["evidence"]
         self.probability = record["pose_probability"], record["rotation_probability"]
-        matrix = lambda key: numpy.array(judgement[key]).reshape(3, 3)
-        true_rotation, true_translation = numpy.array(truth["R"]).reshape(3, 3), numpy.array(truth["translation_m"])
-        noise = truth["noise"]
-        most = 3 + 2 * numpy.degrees(numpy.sqrt(numpy.trace(numpy.array(noise["rotation"]).reshape(3, 3)) / 3)) \
-            if self.real and noise else 3 if self.real else 1
-        motion_error = rotation_error(true_rotation, matrix("motion_R"))
-        self.rotation_right = bool(rotation_error(true_rotation, matrix("rotation_R")) <= most)
-        if truth["moved"]:
-            slack = 0
-            if self.real and noise:
-                share = 2 * noise["translation_sigma"] / numpy.linalg.norm(true_translation)
-                slack = numpy.degrees(numpy.arcsin(min(1, share)))
-            direction = angle(numpy.array(judgement["motion_t"]), true_translation)
-            self.pose_right = bool(motion_error <= most and direction <= 20 + slack)
-        else:
-            self.pose_right = None if self.real and motion_error <= most else False
+        self.pose_right, _, self.rotation_right = rights_of(record)
 
 
 def read(files):
@@ -92,7 +68,7 @@ def read(files):
         with open(name) as lines:
             for line in lines:
                 record = json.loads(line)
-                if record.get("judgement") and record["truth"] and record["truth"].get("R"):
+                if is_judged(record):
                     pairs.append(Pair(record))
     return pairs
 

@@ -10,6 +10,8 @@ import numpy as np
 
 FAILED = 180.0  # degrees; the error of a pair without a pose
 POSED = ("OK", "LOW_PARALLAX")
+Z95 = 1.959964  # two-sided 95 % of a normal distribution
+CLOCK = 1e8  # seconds; later stamps are of one clock for all recordings, earlier ones begin anew in each
 
 
 def area(errors, limit):
@@ -58,6 +60,36 @@ def grouped(items, key):
     for item in items:
         found.setdefault(key(item), []).append(item)
     return found
+
+
+def wilson(events, trials):
+    """95 % interval of a share (Wilson 1927), percent; all of it without trials."""
+    if trials == 0:
+        return 0.0, 100.0
+    share, z2 = events / trials, Z95 * Z95
+    middle = (share + z2 / (2 * trials)) / (1 + z2 / trials)
+    half = Z95 / (1 + z2 / trials) * math.sqrt(share * (1 - share) / trials + z2 / (4 * trials * trials))
+    return 100 * max(0.0, middle - half), 100 * min(1.0, middle + half)
+
+
+def stretches(answers):
+    """The largest number of pairs that have no part of a recording in common. Pairs that overlap err alike, and so do
+    two cameras of a rig (`set/camera`); drawn and listed pairs, which have no stamps, are apart."""
+    count = sum(math.isnan(a.to_s) for a in answers)
+    timed = [a for a in answers if not math.isnan(a.to_s)]
+    for recording in grouped(timed, lambda a: (a.kind, "" if a.to_s > CLOCK else a.set.split("/")[0])).values():
+        end = -math.inf
+        for answer in sorted(recording, key=lambda a: a.to_s):
+            if answer.from_s >= end:
+                count, end = count + 1, answer.to_s
+    return count
+
+
+def share_interval(events, answers):
+    """95 % interval of the share of answers with an event, percent. Stretches are its trials, because answers that overlap
+    err alike."""
+    trials = stretches(answers)
+    return wilson(events * trials / max(1, len(answers)), trials)
 
 
 def records_of(lines):

@@ -1,6 +1,6 @@
 """`evaluate trust`: how often an answer that is OK is wrong, and whether covariances and match probabilities are true.
-Writes pairs.csv, trust.md, trust.csv, risk_coverage.csv and .png, reliability.csv and .png; doc/measured/trust.md defines each
-figure."""
+Writes pairs.csv, trust.md, trust.csv, risk_coverage.csv and .png, reliability.csv and .png, calibration.csv and .png;
+doc/measured/trust.md defines each figure."""
 import collections
 import math
 import os
@@ -10,14 +10,14 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from report.common import POSED, grouped, insert, markdown, name_of, naming, pyplot, read_units, write_csv
+from report import calibration
+from report.common import (POSED, grouped, insert, markdown, name_of, naming, pyplot, read_units, share_interval, stretches,
+                           write_csv)
 from report.odometry import angle
 from report.plots import grid_of, save
 
-Z95 = 1.959964  # two-sided 95 % of a normal distribution
 ENOUGH = 20  # answers of one set or scene, for a share of them to mean something
-CLOCK = 1e8  # seconds; later stamps are of one clock for all recordings, earlier ones begin anew in each
-PLOTS = ("risk_coverage.png", "reliability.png")
+PLOTS = ("risk_coverage.png", "reliability.png", "calibration.png")
 AXES = ("rx", "ry", "rz")
 FAST = 90.0  # degrees a second
 CONTRADICTED = 16.27 / 3  # normalised square of a rotation that its covariance allows in one of a thousand cases
@@ -25,29 +25,6 @@ CONTRADICTED = 16.27 / 3  # normalised square of a rotation that its covariance 
 LIMITS = {"real": (3, 30), "rendered": (1, 20), "drawn": (1, 20), "sequence": (1, 20)}
 TITLES = {"real": "Real images", "rendered": "Rendered scenes", "drawn": "Drawn scenes",
           "sequence": "Drawn sequences"}
-
-
-def wilson(events, trials):
-    """95 % interval of a share (Wilson 1927), percent; all of it without trials."""
-    if trials == 0:
-        return 0.0, 100.0
-    share, z2 = events / trials, Z95 * Z95
-    middle = (share + z2 / (2 * trials)) / (1 + z2 / trials)
-    half = Z95 / (1 + z2 / trials) * math.sqrt(share * (1 - share) / trials + z2 / (4 * trials * trials))
-    return 100 * max(0.0, middle - half), 100 * min(1.0, middle + half)
-
-
-def stretches(answers):
-    """The largest number of pairs that have no part of a recording in common. Pairs that overlap err alike, and so do
-    two cameras of a rig (`set/camera`); drawn and listed pairs, which have no stamps, are apart."""
-    count = sum(math.isnan(a.to_s) for a in answers)
-    timed = [a for a in answers if not math.isnan(a.to_s)]
-    for recording in grouped(timed, lambda a: (a.kind, "" if a.to_s > CLOCK else a.set.split("/")[0])).values():
-        end = -math.inf
-        for answer in sorted(recording, key=lambda a: a.to_s):
-            if answer.from_s >= end:
-                count, end = count + 1, answer.to_s
-    return count
 
 
 def calibration_error(bins):
@@ -113,7 +90,8 @@ def tangent_errors(estimate, truth, covariance):
 COLUMNS = ("kind", "set", "gap", "pair", "from_s", "to_s", "method", "status", "survivors", "inliers", "has_truth",
            "stationary", "baseline_m", "rate_deg_s", "moved", "right", "wrong", "rotation_wrong", "rotation_error_deg", "direction_error_deg", "rx_deg", "ry_deg",
            "rz_deg", "rotation_sigma_deg", "direction_sigma_deg", "uncertainty_deg", "nees_rotation", "nees_direction",
-           "parallax_px", "sigma_px", "covariance", "reliability")
+           "parallax_px", "sigma_px", "covariance", "reliability", "pose_probability", "pose_right", "rotation_probability",
+           "rotation_right")
 
 
 def row_of(record):
@@ -123,6 +101,7 @@ def row_of(record):
     row.update((key, record[key]) for key in ("kind", "set", "method", "status", "stationary", "inliers", "reliability"))
     row.update(gap=record["gap"] or 0, survivors=record["matches_gms"], has_truth=truth is not None, moved=False,
                right=False, wrong=False, rotation_wrong=False, pair=(record["reference"] + " " + record["current"]).strip())
+    row.update(calibration.columns_of(record))
     if record["stamp"] is not None:
         row.update(from_s=record.get("reference_stamp", math.nan), to_s=record["stamp"])
     if truth:
@@ -224,7 +203,7 @@ def figures(answers):
     row = dict(pairs=len(posed), ok=len(ok), wrong=sum(a.wrong for a in ok))
     row["wrong_percent"] = 100 * row["wrong"] / len(ok) if ok else math.nan
     row["stretches"] = stretches(ok)
-    row["wrong_at_most"] = wilson(row["wrong"] * row["stretches"] / max(1, len(ok)), row["stretches"])[1]
+    row["wrong_at_most"] = share_interval(row["wrong"], ok)[1]
     row["directions"] = sum(not math.isnan(a.direction_error_deg) for a in ok)
     row["right"], row["refused"] = len(right), sum(not a.ok for a in right)
     row["refused_percent"] = 100 * row["refused"] / len(right) if right else math.nan
@@ -394,7 +373,8 @@ def write_tables(folder, answers, before):
     of_first = "### Real images, all gaps, %s\n\n%s" % (first, recordings)
     statuses = "### Each status, real images, all gaps\n\n" + "".join(
         "%s:\n\n%s\n" % (method, statuses_table(part)) for (kind, method), part in kinds.items() if kind == "real")
-    text = "### All\n\n" + summary_table(kinds, details) + of_first + statuses + "### The two halves\n\n" + halves_table(answers)
+    text = ("### All\n\n" + summary_table(kinds, details) + of_first + statuses + "### Probabilities of pose and rotation\n\n" +
+            calibration.table(kinds) + "\n### The two halves\n\n" + halves_table(answers))
     if before:
         text += "### Of what was OK and right before\n\n" + kept_table(answers, before)
     text += "".join("### %s\n\n%s" % (TITLES[kind], detail_table(rows)) for kind, rows in details.items())
@@ -403,12 +383,13 @@ def write_tables(folder, answers, before):
         stream.write(text)
     real = dict((key, row) for key, row in details.get("real", {}).items() if key[1] == first and row["pairs"])
     return {"recordings": recordings, "statuses": statuses_table(kinds.get(("real", first), [])),
+            "calibration": calibration.table({key: part for key, part in kinds.items() if key[1] == first}),
             "tables": "### All\n\n" + summary_table(kinds, details, halves=()) + of_first + statuses +
             "### Real images, each gap, %s\n\n%s" % (first, detail_table(real, axes=()))}
 
 
 def write_curves(folder, answers):
-    """risk_coverage.csv and reliability.csv; returns their rows by (kind, method)."""
+    """risk_coverage.csv, reliability.csv and calibration.csv; returns the rows of the first two by (kind, method)."""
     kinds = grouped(answers, lambda a: (a.kind, a.method))
     risks = dict((key, risk_coverage([a for a in group if a.has_truth])) for key, group in kinds.items())
     write_csv(os.path.join(folder, "risk_coverage.csv"), ["kind", "method", "coverage", "risk"],
@@ -418,6 +399,7 @@ def write_curves(folder, answers):
     write_csv(os.path.join(folder, "reliability.csv"), ["kind", "method", "matches", "probability", "right"],
               [key + (int(n), "%.4f" % (p / n), "%.4f" % (k / n))
                for key, rows in bins.items() for n, p, k in rows if n])
+    calibration.write(folder, kinds)
     return risks, bins
 
 
@@ -447,10 +429,12 @@ def draw_reliability(axis, bins, style):
     axis.plot(bins[:, 1] / bins[:, 0], bins[:, 2] / bins[:, 0], marker="o", markersize=3, **style)
 
 
-def plot_all(folder, risks, bins):
+def plot_all(folder, answers, risks, bins):
     plt = pyplot()
     if not plt:
         return
+    of_first = [a for a in answers if a.method == answers[0].method]
+    calibration.plot(plt, folder, grouped(of_first, lambda a: a.kind), TITLES)
     plot(plt, folder, "risk_coverage", risks, draw_risk,
          ("share of pairs answered, the most certain first", "wrong of these, %"))
     plot(plt, folder, "reliability", bins, draw_reliability, ("probability of a match", "share that is right"))
@@ -487,8 +471,8 @@ def report(path, with_tables=True, before=None, into=()):
     if not with_tables:
         return
     made = write_tables(folder, answers, read(before) if before else [])
-    plot_all(folder, *write_curves(folder, answers))
+    plot_all(folder, answers, *write_curves(folder, answers))
     for document in into:
         insert(document, made)
         copy_plots(document, folder)
-    print("wrote trust.md, trust.csv, risk_coverage and reliability (.csv, .png) in " + folder)
+    print("wrote trust.md, trust.csv, risk_coverage, reliability and calibration (.csv, .png) in " + folder)

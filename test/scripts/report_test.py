@@ -18,8 +18,8 @@ except ImportError:
 
 PROJECT = next(p for p in Path(__file__).resolve().parents if (p / "scripts/report").is_dir())
 sys.path.insert(0, str(PROJECT / "scripts"))
-from report import benchmark, odometry, plots, run, sweep, tables, trust  # noqa: E402
-from report.common import area, insert, printed, pyplot, replaced  # noqa: E402
+from report import benchmark, calibration, odometry, plots, run, sweep, tables, trust  # noqa: E402
+from report.common import area, insert, printed, pyplot, replaced, stretches, wilson  # noqa: E402
 
 
 def record(**fields):
@@ -420,27 +420,27 @@ class Plots(unittest.TestCase):
 class Trust(unittest.TestCase):
     def test_wilson(self):
         # Without events the upper end is z^2 / (n + z^2); of five in ten the interval is that of the textbooks.
-        np.testing.assert_allclose(trust.wilson(0, 100), (0, 100 * 3.841459 / 103.841459), atol=1e-4)
-        np.testing.assert_allclose(trust.wilson(5, 10), (23.659, 76.341), atol=5e-3)
-        self.assertEqual(trust.wilson(0, 0), (0, 100))
+        np.testing.assert_allclose(wilson(0, 100), (0, 100 * 3.841459 / 103.841459), atol=1e-4)
+        np.testing.assert_allclose(wilson(5, 10), (23.659, 76.341), atol=5e-3)
+        self.assertEqual(wilson(0, 0), (0, 100))
 
     def test_stretches_have_nothing_in_common(self):
         def pairs(gap, count, name="a", start=0.0, kind="real"):
             return [SimpleNamespace(kind=kind, set=name, from_s=start + k, to_s=start + k + gap) for k in range(count)]
-        self.assertEqual(trust.stretches(pairs(1, 10)), 10)
-        self.assertEqual(trust.stretches(pairs(5, 10)), 2)
-        self.assertEqual(trust.stretches(pairs(1, 10) + pairs(5, 10)), 10, "of each part of the recording once")
-        self.assertEqual(trust.stretches(pairs(5, 10) + pairs(5, 10, "b")), 4, "two recordings")
-        self.assertEqual(trust.stretches(pairs(5, 10) + pairs(5, 10, "a/image_1")), 2, "two cameras of one")
-        self.assertEqual(trust.stretches(pairs(5, 10, start=1e9) + pairs(5, 10, "b", start=1e9 + 2)), 3, "excerpts of one")
-        self.assertEqual(trust.stretches(pairs(math.nan, 7, kind="drawn")), 7)
+        self.assertEqual(stretches(pairs(1, 10)), 10)
+        self.assertEqual(stretches(pairs(5, 10)), 2)
+        self.assertEqual(stretches(pairs(1, 10) + pairs(5, 10)), 10, "of each part of the recording once")
+        self.assertEqual(stretches(pairs(5, 10) + pairs(5, 10, "b")), 4, "two recordings")
+        self.assertEqual(stretches(pairs(5, 10) + pairs(5, 10, "a/image_1")), 2, "two cameras of one")
+        self.assertEqual(stretches(pairs(5, 10, start=1e9) + pairs(5, 10, "b", start=1e9 + 2)), 3, "excerpts of one")
+        self.assertEqual(stretches(pairs(math.nan, 7, kind="drawn")), 7)
 
     def test_the_upper_bound_counts_stretches_and_not_pairs(self):
         rows = trust.judge([dict(answer((0, 0, 4) if k == 0 else (0, 0, 0), kind="real"), reference_stamp=k, stamp=k + 5.0)
                             for k in range(50)] + [dict(answer(kind="real", moved=False, noise=noise_of(0, 0.005)), reference_stamp=0, stamp=1.0)])
         row = trust.figures([SimpleNamespace(**row, ok=True, low=False, bins=np.zeros((10, 3))) for row in rows])
         self.assertEqual((row["ok"], row["wrong"], row["directions"], row["stretches"]), (51, 1, 50, 11))
-        self.assertAlmostEqual(row["wrong_at_most"], trust.wilson(11 / 51, 11)[1])
+        self.assertAlmostEqual(row["wrong_at_most"], wilson(11 / 51, 11)[1])
         self.assertEqual(trust.cells(row, trust.TRUSTED), ["51", "51", "28.7 %", "1 (2.0 %)", "11", "50"])
 
     def test_a_document_keeps_all_but_what_is_between_its_marks(self):
@@ -510,6 +510,100 @@ class Trust(unittest.TestCase):
         before = [of_pair(1, True), of_pair(2, True), of_pair(3, True, wrong=True), of_pair(4, False)]
         now = [of_pair(1, True), of_pair(2, False), of_pair(3, False), of_pair(4, True)]
         self.assertIn("| drawn | m | 1 of 2 (50.0 %) | s: 1 |", trust.kept_table(now, before))
+
+
+def found(motion=(0, 0), rotation=0, probabilities=(0.95, 0.95), **fields):
+    """A judged pair: errors of its motion (rotation, direction) and of the rotation without a translation, degrees; the
+    probabilities of both."""
+    def about_z(degrees):
+        c, s = math.cos(degrees * DEGREE), math.sin(degrees * DEGREE)
+        return [c, -s, 0, s, c, 0, 0, 0, 1]
+    made = dict(answer(direction=motion[1], **fields), stamp=None, pose_probability=probabilities[0],
+                rotation_probability=probabilities[1])
+    made["truth"]["R"] = about_z(0)
+    made["judgement"] = dict(evidence={}, motion_R=about_z(motion[0]), motion_t=made["t"], rotation_R=about_z(rotation))
+    return made
+
+
+def answers_of(*records):
+    return [SimpleNamespace(**row) for row in trust.judge(records)]
+
+
+class Calibration(unittest.TestCase):
+    def test_what_is_right(self):
+        def real(*errors, **fields):
+            return calibration.rights_of(found(errors, kind="real", **fields))
+        self.assertEqual(real(2.9, 19.9), (True, True, True))
+        self.assertEqual(real(3.1, 0), (False, False, True))
+        self.assertEqual(real(0, 20.1, rotation=3.1), (False, True, False))
+        # Two deviations of the truth more: 0.5 degrees of rotation, and of a metre what 2.5 degrees of direction are.
+        self.assertEqual(real(3.9, 24.9, noise=noise_of(0.5, math.sin(5 * DEGREE) / 2)), (True, True, True))
+        self.assertEqual(real(4.1, 25.1, rotation=4.1, noise=noise_of(0.5, math.sin(5 * DEGREE) / 2)), (False,) * 3)
+        # Without a true direction a motion can only be wrong; a drawn camera that rotates has none.
+        self.assertEqual(real(2, 90, moved=False), (None, True, True))
+        self.assertEqual(real(4, 90, moved=False), (False, False, True))
+        self.assertEqual(calibration.rights_of(found((0.9, 19.9))), (True, True, True))
+        self.assertEqual(calibration.rights_of(found((1.1, 0), rotation=1.1)), (False,) * 3)
+        self.assertEqual(calibration.rights_of(found(moved=False)), (False, True, True))
+
+    def test_the_weights_are_fitted_to_the_same(self):
+        try:
+            import fit_probability
+        except ImportError:
+            self.skipTest("needs scipy")
+        pair = fit_probability.Pair(found((0, 21), rotation=2))
+        self.assertEqual((pair.pose_right, pair.rotation_right), (False, False))
+        self.assertTrue(fit_probability.Pair(found((0, 19))).pose_right)
+
+    def test_a_rotation_is_that_of_the_motion_where_the_motion_is_as_probable(self):
+        for probabilities, right in (((0.5, 0.5), True), ((0.5, 0.6), False)):
+            row, = answers_of(found((0, 0), 90, probabilities))
+            self.assertEqual(row.rotation_right, right)
+
+    def test_a_bin_has_the_share_right_with_its_interval_and_the_mean_probability(self):
+        answers = answers_of(found(probabilities=(0.91, 1)), found(probabilities=(0.93, 1)), found(probabilities=(0.95, 1)),
+                             found((0, 90), probabilities=(1, 1)), found((0, 90), probabilities=(0.3, 1)),
+                             dict(answer(), truth=None), found(kind="real", moved=False))
+        below, above = calibration.rows_of(answers, "pose")
+        np.testing.assert_allclose(below, (0.3, 1, 0, 0, *wilson(0, 1), 0.3))
+        np.testing.assert_allclose(above, (0.9, 4, 3, 75, *wilson(3, 4), (0.91 + 0.93 + 0.95 + 1) / 4))
+        self.assertEqual(calibration.table({("drawn", "lan"): answers}).splitlines()[2:], [
+            "| drawn | lan | 0.3 to 0.4 | 1 | 0.0 % | 0.0 to 79.3 % | 0.300 | – | – | – | – |",
+            "| drawn | lan | 0.9 to 1.0 | 4 | 75.0 % | 30.1 to 95.4 % | 0.948 | 6 | 100.0 % | 61.0 to 100.0 % | 0.992 |"])
+
+    def test_pairs_that_overlap_count_once_for_the_interval(self):
+        answers = answers_of(*(dict(found(kind="real"), reference_stamp=k, stamp=k + 5.0) for k in range(10)))
+        (row,) = calibration.rows_of(answers, "pose")
+        np.testing.assert_allclose(row[1:6], (10, 10, 100, *wilson(2, 2)))
+
+    def test_the_figure_shows_the_bins_and_how_many_there_are(self):
+        plt = pyplot()
+        if not plt:
+            self.skipTest("needs matplotlib")
+        self.addCleanup(plt.close, "all")
+        answers = answers_of(*[found(probabilities=(0.95, 0.95))] * 3, found((2, 0), 2, probabilities=(0.15, 0.25)))
+        _, (reliability, histogram) = plt.subplots(2)
+        calibration.draw(reliability, histogram, answers)
+        pose, rotation = (container for container in reliability.containers)
+        np.testing.assert_allclose(pose.lines[0].get_xydata(), [(0.15, 0), (0.95, 100)])
+        np.testing.assert_allclose(rotation.lines[0].get_xydata(), [(0.25, 0), (0.95, 100)])
+        ends = pose.lines[2][0].get_segments()[1][:, 1]
+        np.testing.assert_allclose(ends, wilson(3, 3))
+        self.assertEqual([[bar.get_height() for bar in bars] for bars in histogram.containers], [[1, 3], [1, 3]])
+
+    def test_a_report_has_tables_and_the_figure(self):
+        with tempfile.TemporaryDirectory() as folder:
+            records, document = Path(folder, "run.jsonl"), Path(folder, "a.md")
+            records.write_text("\n".join(map(json.dumps, [found(kind=kind) for kind in ("real", "drawn")])))
+            document.write_text("<!-- begin of the calibration -->\n<!-- end of the calibration -->\n")
+            with contextlib.redirect_stdout(io.StringIO()):
+                trust.report(str(records), into=[str(document)])
+            self.assertEqual(Path(folder, "run/calibration.csv").read_text().splitlines()[1],
+                             "real,lan,pose,0.9,1,1,100.0000,20.6549,100.0000,0.9500")
+            for kind in ("real", "drawn"):
+                line = "| %s | lan | 0.9 to 1.0 | 1 | 100.0 %% |" % kind
+                self.assertTrue(line in document.read_text() and line in Path(folder, "run/trust.md").read_text())
+            self.assertTrue(not pyplot() or Path(folder, "run/calibration.png").stat().st_size > 10000)
 
 
 if __name__ == "__main__":
