@@ -38,6 +38,7 @@ struct Parameters {
   std::string stereo_features_type = "gms_ransac/StereoFeatures";
   std::string odom_frame = "odom", base_frame;
   bool invert_odom_tf = false, drop_frames = true, always_subscribe = false;
+  bool publish_uncertain = false;
   int queue_size = 10, threads = 1;
   double diagnostic_period = 1;  ///< diagnostic_updater reads it, too
 

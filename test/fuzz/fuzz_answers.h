@@ -36,9 +36,10 @@ inline void demandSound(const ProcessedFrame& processed) {
     demandEmpty(brokenResult(processed.pair->reference->frame.features, processed.current->frame.features,
                              processed.pair->result));
   }
-  if (!processed.poseValid()) return;
-  demandEmpty(brokenPose(processed.pose, kPublishedRounding));
-  demandEmpty(poseDefect(processed.pose));
+  const RelativePose* pose = processed.posePublished();
+  if (pose == nullptr) return;
+  demandEmpty(brokenPose(*pose, kPublishedRounding));
+  demandEmpty(poseDefect(*pose));
 }
 
 }  // namespace gms_ransac

@@ -78,16 +78,15 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
     message.reference_sigma[entry] = reference_sigma[from.octave];
     message.current_sigma[entry++] = current_sigma[to.octave];
   });
-  message.pose_valid = processed.poseValid();
+  const RelativePose* pose = processed.posePublished();
+  message.pose_valid = pose != nullptr;
   const Judgement& judgement = processed.pair->result.robust.judgement;
   message.pose_probability = static_cast<float>(judgement.pose_probability);
   message.rotation_probability = static_cast<float>(judgement.rotation_probability);
   message.metric_scale = processed.metric_scale;
   message.current_in_reference = geometry_msgs::PoseWithCovariance();
   message.current_in_reference.pose.orientation.w = 1;
-  if (processed.poseValid()) {
-    message.current_in_reference = toMessage(toIsometry(processed.pose), processed.pose.covariance);
-  }
+  if (pose != nullptr) message.current_in_reference = toMessage(toIsometry(*pose), pose->covariance);
 }
 
 void toMessage(const ProcessedFrame& processed, Keypoints& message) {

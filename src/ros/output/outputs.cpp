@@ -155,7 +155,7 @@ void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions
       toMessage(processed, options.publish_rejected, message);
       publishShared(correspondences_, std::move(message));
     }
-    if (processed.poseValid()) publishPose(processed, options);
+    publishPose(processed, options);
   }
   odometry_->publish(processed, options.publish_odom_tf);
   publishFeatures(processed, options.features);
@@ -168,13 +168,14 @@ void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions
 }
 
 void Outputs::publishPose(const ProcessedFrame& processed, const OutputOptions& options) {
-  if (options.publish_relative_tf)
+  if (options.publish_relative_tf && processed.poseValid())
     broadcaster_->send(relativeTransform(processed.pose, processed.current->image.header));
-  if (!hasSubscriber(relative_pose_)) return;
+  const RelativePose* pose = processed.posePublished();
+  if (pose == nullptr || !hasSubscriber(relative_pose_)) return;
   geometry_msgs::PoseWithCovarianceStamped message;
   message.header = processed.current->image.header;
   message.header.frame_id = referenceFrame(processed.pair->reference->image.header.frame_id);
-  message.pose = toMessage(toIsometry(processed.pose), processed.pose.covariance);
+  message.pose = toMessage(toIsometry(*pose), pose->covariance);
   publishShared(relative_pose_, std::move(message));
 }
 

@@ -79,6 +79,7 @@ void Comparison::conclude(const std::shared_ptr<ComparedPair>& pair) {
   pair->track_ids = stream.tracks.ids();
   pair->track_lengths = stream.tracks.lengths();
   findPose(pipeline, stream, *pair, answer);
+  if (pipeline.parameters.publish_uncertain) answer.uncertain = uncertainPose(answer, pipeline.options.sigma_floor);
 }
 
 void Comparison::fail(const std::shared_ptr<PreparedFrame>& reference, const std::string& what) {

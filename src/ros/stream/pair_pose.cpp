@@ -184,6 +184,13 @@ void makePublishable(bool translation_known, const SigmaFloor& floor, RelativePo
   boundIfValid(pose.covariance);
 }
 
+std::optional<RelativePose> uncertainPose(const ProcessedFrame& answer, const SigmaFloor& floor) {
+  if (answer.status != MatchStats::MOTION_UNKNOWN) return std::nullopt;
+  RelativePose motion = answer.pair->result.robust.judgement.motion;
+  makePublishable(!motion.t.isZero(), floor, motion);
+  return poseDefect(motion).empty() ? std::optional(motion) : std::nullopt;
+}
+
 std::string poseDefect(const RelativePose& pose) {
   if (!pose.t.allFinite()) return "its translation is not finite";
   if (!pose.R.allFinite()) return "its rotation is not finite";

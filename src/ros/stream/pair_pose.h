@@ -2,6 +2,7 @@
 // invented, its covariance finite and bounded, and the last look at it.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "gms_ransac/robust_result.h"
@@ -32,6 +33,11 @@ struct SigmaFloor {
 /// [kSmallestVariance, kLargestVariance]. An invalid covariance (not finite, negative, not symmetric) stays as it is,
 /// for poseDefect to find.
 void makePublishable(bool translation_known, const SigmaFloor& floor, RelativePose& pose);
+
+/// The likeliest motion under MOTION_UNKNOWN, for back ends that weigh it by its probability. Its translation has
+/// length 1, its covariance none of the errors that all pairs share. None with another status, or if it is unfit to
+/// publish.
+std::optional<RelativePose> uncertainPose(const ProcessedFrame& answer, const SigmaFloor& floor);
 
 /// The last check of a pose before it is published: why it must not be, or empty. Fit is one that is finite, with a
 /// rotation matrix up to rounding and a covariance that is symmetric and positive definite.

@@ -82,8 +82,9 @@ struct ProcessedFrame {
   std::shared_ptr<const ComparedPair> pair;  ///< null: not compared
   StageTimes times;                          ///< in all comparisons of the image
   Continuity continuity = Continuity::kContinuous;
-  RelativePose pose;          ///< as it is published; if poseValid()
-  bool metric_scale = false;  ///< pose.t is in metres
+  RelativePose pose;                      ///< as it is published; if poseValid()
+  bool metric_scale = false;              ///< pose.t is in metres
+  std::optional<RelativePose> uncertain;  ///< with ~publish_uncertain: uncertainPose of this answer
   /// The part of pose.covariance that is independent of other pairs, and the part that all share.
   Eigen::Matrix<double, 6, 6> own_covariance;
   SharedErrors shared = SharedErrors::Zero();
@@ -100,6 +101,8 @@ struct ProcessedFrame {
   bool place_restarted = false;           ///< the odometry frame is a new one, which begins with this image
 
   bool poseValid() const { return pair != nullptr && (status == MatchStats::OK || status == MatchStats::LOW_PARALLAX); }
+  /// Of ~correspondences and ~relative_pose; null: none.
+  const RelativePose* posePublished() const { return poseValid() ? &pose : uncertain ? &*uncertain : nullptr; }
   /// The camera stands still, and nothing measured how little it moved.
   bool atRest() const { return pair != nullptr && pair->result.stationary && !metric_scale; }
   /// As ~stats has it.

@@ -11,7 +11,7 @@ import rospy
 import sensor_msgs.point_cloud2
 import tf2_ros
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import TwistWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, TwistWithCovarianceStamped
 from gms_ransac.msg import Keypoints, MatchStats, StereoFeatures
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, PointCloud, PointCloud2
@@ -166,6 +166,28 @@ class Outputs(unittest.TestCase):
         lengths = np.linalg.norm(np.diff([vector(m.pose.pose.position) for m in odom], axis=0), axis=1)
         self.assertTrue(np.allclose(lengths, np.linalg.norm(STEP), rtol=0.1), lengths)
 
+    def test_a_back_end_gets_motions_that_are_uncertain(self):
+        """No pair is probable enough for a status with a pose; the messages without a probability stay silent."""
+        client, poses, moved = client_of("uncertain"), [], []
+        client.subscribe("relative_pose", PoseWithCovarianceStamped, poses)
+        client.subscribe("twist", TwistWithCovarianceStamped, moved)
+        client.subscribe("odom", Odometry, moved)
+        buffer = tf2_ros.Buffer()
+        self.addCleanup(tf2_ros.TransformListener(buffer).unregister)
+        client.connect()
+        answers = [client.ask(frame, 1300 + 0.1 * i) for i, frame in enumerate(self.frames)][1:]
+        client.wait(lambda: len(poses) == 4, "a pose of every pair")
+        for i, (answer, pose) in enumerate(zip(answers, poses), 1):
+            pair = client.correspondence(1300 + 0.1 * i)
+            self.assertEqual((answer.status, pair.pose_valid, pair.metric_scale), (MatchStats.MOTION_UNKNOWN, True, False))
+            self.assertEqual(pose.pose, pair.current_in_reference)
+            self.assertEqual((pose.header.stamp, pose.header.frame_id), (pair.header.stamp, "camera_reference"))
+            self.assertTrue(0.9 < pair.pose_probability < 1)
+            position = vector(pose.pose.pose.position)
+            self.assertTrue(degrees_between(position, STEP) < 5 and abs(np.linalg.norm(position) - 1) < 1e-6)
+        self.assertEqual([round(m.header.stamp.to_sec(), 3) for m in moved], [1300.0], "the origin of ~odom alone")
+        self.assertFalse(buffer.can_transform("camera", "camera_reference", rospy.Time.from_sec(1300.4)))
+
     def test_pairs(self):
         client = Client("pair", "pair/current/image", "pair/camera_info")
         reference = self.publisher(client, "pair/reference/image")
@@ -302,4 +324,5 @@ class Outputs(unittest.TestCase):
 if __name__ == "__main__":
     run("outputs", Outputs, mono={"always_subscribe": True}, fixed={"scale": "fixed", "fixed_scale": 0.158114},
         depth={"scale": "depth"}, pair={"input": "pair"}, lvi={"scale": "depth", "feature_layout": "lvi_sam"}, late={}, uncalibrated={},
+        uncertain={"publish_uncertain": True, "min_pose_probability": 1.0, "min_rotation_probability": 1.0},
         stereo={"input": "stereo", "feature_rate": 0, "stereo_features_type": "msckf_vio/CameraMeasurement"})

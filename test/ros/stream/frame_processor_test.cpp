@@ -460,6 +460,28 @@ TEST(Calibration, WithoutOneThereAreCorrespondencesAlone) {
   EXPECT_GT(quantilesOf(message.probability).median, 0.5) << "weighed by the fundamental matrix";
 }
 
+TEST(MotionUnknown, HasAPoseOnlyForThoseWhoAskForIt) {
+  ProcessorOptions options;
+  options.core.robust.min_pose_probability = options.core.robust.min_rotation_probability = 1;
+  for (const bool asked : {false, true}) {
+    Parameters parameters = calibrated();
+    parameters.publish_uncertain = asked;
+    Processor processor(parameters, options);
+    ImageWithInfo input;
+    ProcessedFrame processed;
+    for (int i = 0; i < 2; ++i) {
+      input.image = imageMessage(renderedFrame(2 * i).image, 100 + 0.1 * i);
+      processed = processor.ask(input);
+    }
+    EXPECT_EQ(processed.status, MatchStats::MOTION_UNKNOWN) << processed.text;
+    EXPECT_FALSE(processed.poseValid() || processed.place) << "the odometry has none";
+    Correspondences message;
+    toMessage(processed, false, message);
+    EXPECT_EQ(message.pose_valid, asked);
+    EXPECT_EQ(message.current_in_reference.covariance[0] > 0, asked);
+  }
+}
+
 /// Published K is that of the received image, with which camera_info's coefficients undistort: of a lens with a sphere
 /// that is not the pinhole camera's, whose focal length is smaller by 1 + xi.
 TEST(Calibration, OfALensWithASphereIsPublishedAsItCame) {
