@@ -36,7 +36,6 @@ POSE = {
     "votes": (False, 0.35, 0.1, "kVotes"),
     "unconfirmed": (True, 0.5, -0.5, "kUnconfirmed"),
     "discontinuity": (False, -0.25, -0.5, "kDiscontinuity"),
-    "repetition": (False, 0, -0.25, "kRepetition"),
     "fixed_to_camera": (False, 0.1, -0.1, "kFixedToCamera"),
 }
 ROTATION = {

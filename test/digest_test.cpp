@@ -232,7 +232,7 @@ void addStream(const Sequence& sequence, Digests& digests) {
       digest.add(ofRaw(result, tracks.ids())).add(ofRaw(result, tracks.lengths()));
       tracks.advance();
       if (result.status == Status::kOk) {
-        triangulateInliers(reference.features, current.features, result, sequence.camera, triangulation);
+        triangulateInliers(reference.features, result, sequence.camera, triangulation);
         digest.add(propagator.update(triangulation, result, sequence.camera).length);
         propagator.advance();
       }

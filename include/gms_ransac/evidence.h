@@ -23,7 +23,6 @@ enum class Evidence : uint8_t {
   kVotes,           ///< share of the cells whose distinctive matches lie on their epipolar lines
   kUnconfirmed,     ///< kDirectionSigma, where the pair before does not show the direction
   kDiscontinuity,   ///< 1: static tracks show another motion; 0: they show none though the stream was steady
-  kRepetition,      ///< 1: a pattern that repeats itself
   kFixedToCamera,   ///< probability that a part of the view is fixed to the camera
   // About the rotation:
   kRotationSpread,  ///< standard deviation of the rotation without a translation, degrees

@@ -16,6 +16,7 @@ namespace gms_ransac {
 
 struct Frame {
   Features features;
+  cv::Mat image;  ///< that they were extracted from, a copy; empty: they are the caller's, and no points are aligned
   double detect_seconds = 0;
   double seconds_before = 0;  ///< set by the caller: what it took for the image itself; counts towards max_milliseconds
   int features_asked = 0;     ///< fewer than in the options where max_milliseconds wants it

@@ -49,6 +49,8 @@ struct MatchResult {
   std::vector<Match> raw;      ///< all that were found, at most one for each reference keypoint
   std::vector<Match> matches;  ///< those that the filter keeps, in the order of `raw`
   PointPairs pairs;            ///< their points
+  /// Pixels of the current image: the keypoints, moved where they are aligned.
+  std::vector<cv::Point2f> current_pixel;
   /// 0..1: motion-statistics score over the largest score of the pair; 1 where the method has no such scores.
   std::vector<float> confidence;
   RobustResult robust;          ///< estimated from `pairs`; columns are empty where it was not

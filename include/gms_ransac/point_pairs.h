@@ -24,6 +24,9 @@ struct PointPairs {
   std::vector<float> x_current, y_current;
   /// Pyramid levels; noise grows as scale_factor^(octave / 2).
   std::vector<uint8_t> octave_reference, octave_current;
+  /// Flags: the current point is where its image looks like the surroundings of the reference point, to a tenth of a
+  /// pixel. Empty: none is.
+  std::vector<uint8_t> aligned;
   std::vector<int32_t> score;                       ///< motion statistics score (0 where no filter ran)
   std::vector<float> relative_score;                ///< score / threshold (0 where no filter ran)
   std::vector<uint16_t> distance, second_distance;  ///< Hamming
@@ -37,6 +40,7 @@ struct PointPairs {
   std::vector<float> row_reference, row_current;
 
   int size() const { return static_cast<int>(x_reference.size()); }
+  bool isAligned(size_t row) const { return !aligned.empty() && aligned[row] != 0; }
   void resize(int n);
   /// Becomes the matches at `rows` of another object, in this order, with all else that is known of the pair.
   void gather(const PointPairs& all, const std::vector<int>& rows);

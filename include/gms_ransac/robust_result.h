@@ -27,7 +27,6 @@ enum class DirectionDoubt : uint8_t {
   kOtherMotion,       ///< another motion explains the matches as well, or a second body nearly as many
   kDiscontinuity,     ///< it breaks with the motion before, and the matches that continue static tracks do not show it
   kUnconfirmed,       ///< the pair before does not show it, and it is not known well enough to stand alone
-  kRepetition,        ///< what is seen repeats itself: another place looks like that of the match
   kFixedToCamera,     ///< a part of the view stays in place and the rest moves as one: either may be what is static
   kVotes              ///< distinctive matches all over the view do not agree with it
 };
@@ -78,7 +77,8 @@ struct Judgement {
   std::vector<float> residual;
   /// Estimated standard deviation of the coordinates of keypoints of level 0; 0 without a model.
   double sigma_px = 0;
-  double noise_exponent = 0;  ///< how it grows with the level; 0: every keypoint has the same (see sigma)
+  double aligned_sigma_px = 0;  ///< that of points that are aligned with each other; 0: unknown
+  double noise_exponent = 0;    ///< how it grows with the level; 0: every keypoint has the same (see sigma)
   /// How far the residuals contradict the camera model, and the parameter that explains most of it. 1 is the 99 % point
   /// if noise were all; of real pairs with a good calibration 5 to 80 % lie above (doc/inside/judgement.md).
   double camera_misfit = 0;

@@ -30,8 +30,8 @@ constexpr double kMinimumParallax = 0.2 * 3.14159265358979323846 / 180;
 
 /// Least-squares depths along the two rays of each inlier (mid-point method; Hartley & Sturm 1997). Empty without a
 /// pose or calibration.
-void triangulateInliers(const Features& reference, const Features& current, const MatchResult& result,
-                        const Camera& camera, Triangulation& out, double minimum_parallax = kMinimumParallax);
+void triangulateInliers(const Features& reference, const MatchResult& result, const Camera& camera, Triangulation& out,
+                        double minimum_parallax = kMinimumParallax);
 
 /// The same from the columns x, y and the pose alone; fills depths, parallax and valid.
 void triangulate(const RelativePose& pose, double minimum_parallax, Triangulation& points);

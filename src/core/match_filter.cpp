@@ -9,12 +9,12 @@
 
 #include <opencv2/core.hpp>
 
+#include "alignment.h"
 #include "gms/guided_search.h"
 #include "gms/motion_prediction.h"
 #include "judgement/probability.h"
 #include "match_filter_hooks.h"
 #include "matching/any_matcher.h"
-#include "matching/repetition.h"
 #include "methods/method.h"
 #include "parameters/parameter.h"
 #include "past/continuity.h"
@@ -81,6 +81,12 @@ void flagInliers(bool all, MatchResult& result) {
   result.inliers = static_cast<int>(std::count(result.inlier.begin(), result.inlier.end(), 1));
 }
 
+/// Copies of a frame share their image, which therefore is not written to.
+void keepImage(const cv::Mat& image, Frame& frame) {
+  if (frame.image.u != nullptr && frame.image.u->refcount > 1) frame.image.release();
+  image.copyTo(frame.image);
+}
+
 void recordCost(const FramePair& pair, const MatchResult& result, TimeBudget& budget) {
   const Frame& current = pair.current;
   PairCost cost;
@@ -108,6 +114,8 @@ struct MatchFilter::Stages {
   void match(const FramePair& pair, MatchResult& result);
   /// Keeps what the motion statistics accept, or what the method has in their place.
   void filter(const FramePair& pair, MatchResult& result);
+  /// Moves points to where both images look alike.
+  void align(const FramePair& pair, MatchResult& result);
   void estimate(const FramePair& pair, MatchResult& result);
   /// Holds the estimate against what else is seen and what was before: another motion may take its place, or evidence
   /// is added.
@@ -115,8 +123,6 @@ struct MatchFilter::Stages {
 
   /// Where a rotation from another sensor moves the keypoints; null: not known.
   const MotionPrediction* predict(const std::optional<RotationPrior>& prior, const cv::Size& image);
-  /// Adds as evidence that matches also look like the place one period away from theirs.
-  void doubtRepetition(const FramePair& pair, MatchResult& result);
   void setClock(const Clock& seconds);
 
   MatchFilterOptions options;
@@ -128,7 +134,7 @@ struct MatchFilter::Stages {
   std::optional<GuidedSearch> guided_search;  ///< replaces the matcher
   MotionPrediction rotation_prediction;
   SurvivorSelector selector;
-  Repetition repetition;
+  Alignment alignment;
   FixedToCamera fixed_to_camera;
   Continuity continuity;
   Votes votes;
@@ -184,6 +190,7 @@ void MatchFilter::extract(const cv::Mat& image, Frame& frame, const cv::Mat& mas
   const StageTimer timer(stages.clock, frame.detect_seconds);
   frame.features_asked = stages.budget ? stages.budget->features(image.size()) : options().extractor.features;
   stages.extractor->extract(image, frame.features, mask, frame.features_asked);
+  keepImage(image, frame);
   frame.stamp = stamp;
 }
 
@@ -203,6 +210,7 @@ Status MatchFilter::Stages::compare(const FramePair& pair, MatchResult& result) 
   if (result.raw.size() < kMinimumMatches) return Status::kTooFewMatches;
   filter(pair, result);
   if (result.size() < kMinimumMatches) return Status::kGmsRejected;
+  align(pair, result);
   estimate(pair, result);
   judge(pair, result);
   if (pair.past != nullptr) continuePast(result, *pair.past);
@@ -233,6 +241,11 @@ void MatchFilter::Stages::filter(const FramePair& pair, MatchResult& result) {
   selector.select(reference, current, method->filter(reference, current, result.raw), camera, result);
 }
 
+void MatchFilter::Stages::align(const FramePair& pair, MatchResult& result) {
+  const StageTimer timer(clock, result.times.gms);
+  if (options.align) alignment.align(pair.reference, pair.current, camera, result);
+}
+
 void MatchFilter::Stages::estimate(const FramePair& pair, MatchResult& result) {
   const Frame& current = pair.current;
   if (budget) budget->limitSearch(current.seconds_before + result.times.total(), current.features.size());
@@ -251,25 +264,10 @@ void MatchFilter::Stages::judge(const FramePair& pair, MatchResult& result) {
     if (pair.past != nullptr) continuity.check(*method, camera, result, *pair.past);
     votes.collect(pair.reference.features, pair.current.features, camera, result);
     if (judgement.pose_found) decide(options.robust, judgement);
-    if (judgement.rotation_observable) doubtRepetition(pair, result);
   }
   const bool may_rest = !judgement.translation_observable && std::isnan(judgement.evidence[Evidence::kFixedToCamera]);
   result.stationary = may_rest && standsStill(pair.reference.features, pair.current.features, result, pair.past);
   flagInliers(method->filterDecides(), result);
-}
-
-void MatchFilter::Stages::doubtRepetition(const FramePair& pair, MatchResult& result) {
-  RobustResult& robust = result.robust;
-  const Features &reference = pair.reference.features, &current = pair.current.features;
-  const DescriptorSet& descriptors = reference.descriptors;  // none of points that a caller gives
-  if (descriptors.size() == 0 || !descriptors.is256Bit()) return;
-  const std::optional<double> period = repetition.period(reference, current, result.matches, robust.inlier);
-  if (!period) return;
-  robust.judgement.evidence[Evidence::kRepetition] = 1;
-  // A rotation by a period explains the pattern as well.
-  const double angle = *period / camera.meanFocalLength();
-  robust.judgement.rotation.covariance.diagonal().tail<3>().array() += angle * angle;
-  decide(options.robust, robust.judgement);
 }
 
 MatchFilterOptions MatchFilterOptions::paper() {
@@ -277,7 +275,7 @@ MatchFilterOptions MatchFilterOptions::paper() {
   options.method = "cp_ransac";
   options.extractor.extractor = "opencv";
   options.search = SearchMode::kFull;
-  options.one_to_one = false;
+  options.one_to_one = options.align = false;
   options.robust.sort_key = SortKey::kScore;
   options.robust.first_group_fraction = 0.5;
   options.robust.refine = options.robust.judge = false;
@@ -290,7 +288,7 @@ MatchFilter::Stages::Stages(const MatchFilterOptions& given)
       extractor(makeFeatureExtractor(options.extractor)),
       matcher(matcherOptions(options, *method)),
       selector(options.one_to_one, options.robust.rolling_shutter_readout > 0),
-      repetition(options.robust.simd) {
+      alignment(options.robust.simd) {
   // A filter that decides alone would take every match that agrees with the predicted motion for an inlier.
   if (options.search == SearchMode::kGuided && !method->wantsMutualMatches() && !method->filterDecides()) {
     guided_search.emplace(matcherOptions(options, *method), options.motion_statistics);

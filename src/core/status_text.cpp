@@ -61,9 +61,6 @@ std::string explainDoubt(const MatchResult& result, const RobustOptions& options
              "it; something that moves by itself may fill the view";
     case DirectionDoubt::kUnconfirmed:
       return "the direction of translation is not that of the pair before, and too uncertain to stand alone";
-    case DirectionDoubt::kRepetition:
-      return "what is seen repeats itself, so that the matches may all lie a period beside their places: take images "
-             "closer together, or of a scene with something unique";
     case DirectionDoubt::kFixedToCamera:
       return cv::format(
           "a part of the view stays in place while the rest moves; a %smask over what is fixed to the camera (text, a "
@@ -128,8 +125,7 @@ std::string sentence(Status status, const MatchResult& result, const MatchFilter
     case Status::kUncalibrated:
       return "correspondences only, no pose: " + about.no_camera;
     case Status::kMotionUnknown:
-      if (result.robust.judgement.doubt == DirectionDoubt::kRepetition ||
-          result.robust.judgement.doubt == DirectionDoubt::kFixedToCamera) {
+      if (result.robust.judgement.doubt == DirectionDoubt::kFixedToCamera) {
         return explainDoubt(result, options.robust, prefix);
       }
       return cv::format(

@@ -20,10 +20,12 @@ void describe(const Features& reference, const Features& current, const MotionSt
   PointPairs& pairs = result.pairs;
   result.matches.resize(kept.size());
   result.confidence.resize(kept.size());
+  result.current_pixel.resize(kept.size());
   pairs.resize(static_cast<int>(kept.size()));
   pairs.image_reference = reference.image_size;
   pairs.image_current = current.image_size;
   pairs.scale_factor = current.scale_factor;
+  pairs.aligned.clear();
   int32_t largest = 0;
   for (size_t row = 0; row < kept.size(); ++row) {
     const auto raw = static_cast<size_t>(kept[row]);
@@ -31,6 +33,7 @@ void describe(const Features& reference, const Features& current, const MotionSt
     const cv::KeyPoint& a = reference.keypoints[match.reference];
     const cv::KeyPoint& b = current.keypoints[match.current];
     const cv::Point2f p = camera.undistort(a.pt), q = camera.undistort(b.pt);
+    result.current_pixel[row] = b.pt;
     pairs.x_reference[row] = p.x;
     pairs.y_reference[row] = p.y;
     pairs.x_current[row] = q.x;

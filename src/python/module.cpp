@@ -97,7 +97,7 @@ struct Pair {
     pose.t = current_in_reference.topRightCorner<3, 1>();
     result.robust.judgement.pose_found = status == Status::kOk;
     Triangulation points;
-    triangulateInliers(*reference, *current, result, camera, points, minimum_parallax);
+    triangulateInliers(*reference, result, camera, points, minimum_parallax);
     return points;
   }
 
@@ -145,15 +145,17 @@ struct Pair {
     track_id.resize(result.matches.size());
     track_length.resize(result.matches.size());
     const SigmaByOctave sigma(robust.judgement, current->scale_factor);
+    const auto aligned_sigma = static_cast<float>(robust.judgement.aligned_sigma_px);
     for (size_t row = 0; row < result.matches.size(); ++row) {
       const Match& match = result.matches[row];
       const cv::KeyPoint& p = reference->keypoints[static_cast<size_t>(match.reference)];
       const cv::KeyPoint& q = current->keypoints[static_cast<size_t>(match.current)];
       matches.push_back({match.reference, match.current});
       reference_points.push_back(p.pt);
-      current_points.push_back(q.pt);
-      reference_sigma.push_back(sigma[p.octave]);
-      current_sigma.push_back(sigma[q.octave]);
+      current_points.push_back(result.current_pixel[row]);
+      const bool aligned = result.pairs.isAligned(row);
+      reference_sigma.push_back(aligned ? aligned_sigma : sigma[p.octave]);
+      current_sigma.push_back(aligned ? aligned_sigma : sigma[q.octave]);
       distance.push_back(match.distance);
       stage.push_back(result.isInlier(row) ? MatchStage::kInlier : MatchStage::kGms);
     }

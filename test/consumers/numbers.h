@@ -40,7 +40,7 @@ inline void printNumbers() {
   gms_ransac::Past past;
   filter.filter(reference, current, result, nullptr, &past);
   gms_ransac::Triangulation points;
-  gms_ransac::triangulateInliers(reference.features, current.features, result, filter.camera(), points);
+  gms_ransac::triangulateInliers(reference.features, result, filter.camera(), points);
 
   const gms_ransac::RobustResult& robust = result.robust;
   const gms_ransac::RelativePose pose = robust.judgement.pose;  // a copy, by this program's idea of its layout

@@ -88,7 +88,9 @@ TEST(GivenFeatures, OfOrbAnswerAsTheImagesDo) {
   cv::Mat noise(96, 228, CV_8UC1), texture;
   cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
   cv::resize(noise, texture, cv::Size(), 5, 5, cv::INTER_NEAREST);
-  MatchFilter of_images, of_features;
+  MatchFilterOptions options;
+  options.align = false;  // features alone have no pixels
+  MatchFilter of_images(options), of_features(options);
   for (const int shift : {0, 7, 16}) {
     const cv::Mat image = texture(cv::Rect(shift, 0, 640, 480)).clone();
     Frame frame;

@@ -240,7 +240,7 @@ TEST(MatchFilter, OfAProcessedPairHasKeypointsAndTracks) {
     const Features &reference = filter.reference().features, &current = filter.current().features;
     ASSERT_EQ(result.track_id.size(), result.matches.size());
     Triangulation points;
-    triangulateInliers(reference, current, result, filter.camera(), points);
+    triangulateInliers(reference, result, filter.camera(), points);
     EXPECT_EQ(points.size(), result.inliers);
     std::map<uint32_t, cv::Point2f> now;
     int carried_on = 0;

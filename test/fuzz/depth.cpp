@@ -89,7 +89,7 @@ void check(FuzzInput input) {
     tracks.link(result);
     demandEmpty(brokenTracks(tracks, result));
     tracks.advance();
-    triangulateInliers(reference, current, result, pair.camera, points);
+    triangulateInliers(reference, result, pair.camera, points);
     demandEmpty(brokenTriangulation(points));
     if (!result.robust.judgement.pose_found) continue;
 

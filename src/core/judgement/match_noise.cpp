@@ -21,6 +21,7 @@ constexpr float kSquaredWindow = MatchNoise::kWindow * MatchNoise::kWindow;
 constexpr float kLeastWrong = 1e-3f;       ///< share of wrong matches
 constexpr float kSmallestSigma = 0.02f;    ///< coordinates are rounded to about that, and so are parallaxes
 constexpr float kNarrowestSpread = 0.25f;  ///< of the parallaxes, octaves
+constexpr double kLossSigmas = 2;          ///< of the noise, where the loss turns
 constexpr double kWideSigmas = 2;          ///< of the noise; at least one threshold
 constexpr float kRightWithin = 3;          ///< thresholds from its true place
 constexpr float kTiny = 1e-18f;            ///< keeps the weight of padding above zero
@@ -58,7 +59,8 @@ void MatchNoise::measure(const std::vector<float>& squared_residuals, int count)
 double MatchNoise::wideSigma() const { return std::max(1.0, kWideSigmas * sigma_); }
 
 Loss MatchNoise::loss() const {
-  const auto softness = static_cast<float>(wideSigma() * wideSigma());
+  const double deviation = kLossSigmas * sigma_;
+  const auto softness = static_cast<float>(deviation * deviation);
   return {4 * softness, 1 / softness};
 }
 

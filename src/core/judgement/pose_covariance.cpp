@@ -211,10 +211,9 @@ PoseCovariance poseCovariance(const PoseInformation& all, double variance, doubl
   const PoseVector gradient = all.gradient.head<kPoseParameters>();
   const PoseSquare naive = inverseOf(all.ofPose()), inverse = inverseOf(withoutFeigned(all, variance));
   if (!naive.allFinite() || !inverse.allFinite()) {
-    result.covariance = result.of_matches = result.naive = ofRotationAlone(all);
+    result.covariance = result.of_matches = ofRotationAlone(all);
     return result;
   }
-  result.naive = sandwich(naive, all.scatter.topLeftCorner<kPoseParameters, kPoseParameters>(), gradient);
   const PoseSquare by_cells = scatterWithoutLeverage(all, all.cells);
   result.of_matches = sandwich(inverse, by_cells, gradient);
   if (all.cells.size() < kEnoughCells) {
@@ -229,10 +228,6 @@ PoseCovariance poseCovariance(const PoseInformation& all, double variance, doubl
   const Eigen::Matrix<double, kPoseParameters, kCameraParameters> effect =
       naive.lazyProduct(all.curvature.topRightCorner<kPoseParameters, kCameraParameters>());
   result.covariance = orIdentity(result.of_matches + sandwich(effect, errors, CameraVector::Zero()));
-  // Where the camera is contradicted its parameters are free; from half of that on, more and more.
-  const double doubt = std::clamp(2 * result.camera.statistic - 1, 0.0, 1.0);
-  if (doubt > 0) result.naive += doubt * (ofAnyCamera(all, variance) - result.naive);
-  result.naive = orIdentity(result.naive);
   return result;
 }
 

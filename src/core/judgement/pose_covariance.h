@@ -102,9 +102,6 @@ CameraTest testCamera(const PoseInformation& information, const PoseSquare& inve
 struct PoseCovariance {
   PoseSquare covariance = PoseSquare::Identity();  ///< what is published
   PoseSquare of_matches = PoseSquare::Identity();  ///< its part that assumes a perfect camera
-  /// Naive sandwich covariance: no correction for noise as parallax or leverage. The preferred rotation is weighed
-  /// against it, because a wider one would follow the preference further than errors do.
-  PoseSquare naive = PoseSquare::Identity();
   CameraTest camera;
 };
 

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Cholesky>
-
 #include "judgement/probability.h"
 
 namespace gms_ransac {
@@ -18,8 +16,6 @@ constexpr double kDegree = M_PI / 180;
 constexpr double kBeyondCameras = 10;
 /// Least support of a second motion, as a share of the pose's own, that is looked for.
 constexpr double kLeastOfSecond = 0.6;
-/// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
-constexpr double kHalfWay = 4;
 
 /// Measures the noise at a pose.
 void measureNoise(const TwoViewPose& pose, RefinedPose& refined) {
@@ -28,22 +24,10 @@ void measureNoise(const TwoViewPose& pose, RefinedPose& refined) {
   refined.plausible.copy(refined.points->view(), [&](int slot) { return refined.noise.plausible(slot); });
 }
 
-/// True if an optimum of the usual loss is also one of the loss that the noise asks for: their softness is equal, and
-/// no implausible match has a weight.
-bool atOptimum(const RefinedPose& refined) {
-  const Loss loss = refined.noise.loss();
-  if (loss.inverse_softness != 1) return false;
-  for (int slot = 0; slot < refined.points->size(); ++slot) {
-    const float residual = refined.noise.residuals()[static_cast<size_t>(slot)];
-    if (!refined.noise.plausible(slot) && residual < loss.cut) return false;
-  }
-  return true;
-}
-
 /// Noise and covariance at a pose or, with `move`, at the optimum of the loss that the noise asks for.
 void measure(const RobustOptions& options, bool move, TwoViewPose pose, RefinedPose& refined) {
   measureNoise(pose, refined);
-  if (move && !atOptimum(refined)) {
+  if (move) {
     refined.plausibleModel().refine(refined.noise.loss(), kFinalIterations, pose, kEnough);
     measureNoise(pose, refined);
   }
@@ -61,23 +45,10 @@ double rotationSigma(const PoseCovariance& known) {
   return std::sqrt(covariance.topLeftCorner<3, 3>().trace());
 }
 
-/// Returns the pose with its rotation moved towards the preferred one, and the covariance widened by the step.
-RelativePose publish(const RefinedPose& refined, const TwoViewPose& preferred, PoseSquare covariance) {
-  // The reason for the preferred rotation is a guess about the scene, which a clear optimum overrules: it is followed
-  // the less the further it is from the optimum in terms of the optimum's own covariance. How far that goes may all be
-  // error.
-  const TwoViewPose& optimum = refined.pose;
-  Eigen::Vector3d step = rotationVector(preferred.R * optimum.R.transpose());
-  if (refined.bodies.found()) step.setZero();  // the preference is that of both bodies
-  const Eigen::Matrix3d own = refined.covariance.naive.topLeftCorner<3, 3>();
-  const double distance = step.dot(own.llt().solve(step)) / 3;
-  step = std::isfinite(distance) ? Eigen::Vector3d(step / (1 + distance / kHalfWay)) : Eigen::Vector3d::Zero();
-  covariance.topLeftCorner<3, 3>() += step * step.transpose();
-  const Eigen::Matrix3d R = rotationFromVector(step) * optimum.R;
-  // The direction in the reference camera stays that of the optimum.
-  RelativePose pose = fromReferenceToCurrent(R, R * optimum.R.transpose() * optimum.t);
-  pose.covariance = relativeCovariance(optimum, covariance);
-  return pose;
+RelativePose publish(const TwoViewPose& pose, const PoseSquare& covariance) {
+  RelativePose published = fromReferenceToCurrent(pose.R, pose.t);
+  published.covariance = relativeCovariance(pose, covariance);
+  return published;
 }
 
 /// The pose of a rotation whose translation is a guess: in the reference camera its direction stays that of `optimum`.
@@ -107,11 +78,11 @@ const RefinedPose& PoseJudge::refine(const TwoViewPoints& points, bool move, con
   return refined_;
 }
 
-const Judgement& PoseJudge::judge(const RefinedPose& refined, const TwoViewPose& preferred,
-                                  const std::vector<AlternativeMotion>& alternatives, bool shutter_may_roll) {
+const Judgement& PoseJudge::judge(const RefinedPose& refined, const std::vector<AlternativeMotion>& alternatives,
+                                  bool shutter_may_roll) {
   fitRotation(refined, alone_);
   const Verdict verdict = options_.judge ? compare(refined, alternatives, shutter_may_roll) : Verdict();
-  judgement_.motion = publish(refined, preferred, refined.covariance.covariance + verdict.spread);
+  judgement_.motion = publish(refined.pose, refined.covariance.covariance + verdict.spread);
   if (options_.judge) {
     judgement_.evidence = evidenceOf(refined, verdict);
     judgement_.rotation = judgement_.motion;
@@ -121,7 +92,7 @@ const Judgement& PoseJudge::judge(const RefinedPose& refined, const TwoViewPose&
       decide(options_, judgement_);
     }
   } else {
-    accept();
+    accept(true);
   }
   return conclude(refined, verdict.onlyRotated());
 }
@@ -135,18 +106,21 @@ const Judgement& PoseJudge::judgeRotation(const TwoViewPoints& points, const Eig
   judgement_.rotation =
       publishRotation({R, Eigen::Vector3d::Zero()}, {alone_.R, rotationCovariance(refined_.model(), alone_.R), 0});
   judgement_.motion = judgement_.rotation;
-  judgement_.evidence = EvidenceTable();
-  judgement_.evidence[Evidence::kRotation] = -std::numeric_limits<double>::infinity();
-  judgement_.evidence[Evidence::kInlierShare] = shareOfInliers(refined_.noise, points.size());
-  decide(options_, judgement_);
+  accept(false);
+  if (options_.judge) {
+    judgement_.evidence[Evidence::kRotation] = -std::numeric_limits<double>::infinity();
+    judgement_.evidence[Evidence::kInlierShare] = shareOfInliers(refined_.noise, points.size());
+    decide(options_, judgement_);
+  }
   return conclude(refined_, true);
 }
 
-void PoseJudge::accept() {
+void PoseJudge::accept(bool with_translation) {
   judgement_.evidence = EvidenceTable();
   judgement_.pose_probability = judgement_.rotation_probability = 0;
-  judgement_.translation_observable = judgement_.rotation_observable = true;
-  judgement_.doubt = DirectionDoubt::kNone;
+  judgement_.translation_observable = with_translation;
+  judgement_.rotation_observable = true;
+  judgement_.doubt = with_translation ? DirectionDoubt::kNone : DirectionDoubt::kRotationExplains;
   judgement_.pose = judgement_.rotation = judgement_.motion;
 }
 
@@ -193,6 +167,7 @@ const Judgement& PoseJudge::conclude(const RefinedPose& refined, bool rotated) {
   judgement_.misfit_parameter = camera.parameter;
   judgement_.row_rates = camera.rates;
   judgement_.sigma_px = noise.sigma() * options_.inlierThreshold();
+  judgement_.aligned_sigma_px = judgement_.sigma_px * points.alignedSigma();
   judgement_.noise_exponent = points.noiseExponent();
   points.toRows(
       noise.weigh(points.view(), points.finestWeight(), refined.bodies.of_other, rotated ? &alone_.residuals : nullptr),

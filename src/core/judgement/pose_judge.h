@@ -26,11 +26,10 @@ class PoseJudge {
   /// to the motion of the larger one. `points` outlive the result, which is valid until the next call.
   const RefinedPose& refine(const TwoViewPoints& points, bool move, const TwoViewPose& pose);
 
-  /// Judges a pose. `preferred`: the rotation that the estimator prefers for a reason other than the matches; it counts
-  /// only where the matches leave the rotation open. Without RobustOptions::judge the preferred pose stands, with the
-  /// covariance of the matches. Valid until the next call.
-  const Judgement& judge(const RefinedPose& refined, const TwoViewPose& preferred,
-                         const std::vector<AlternativeMotion>& alternatives, bool shutter_may_roll);
+  /// Judges a pose. Without RobustOptions::judge it stands, with the covariance of the matches. Valid until the next
+  /// call.
+  const Judgement& judge(const RefinedPose& refined, const std::vector<AlternativeMotion>& alternatives,
+                         bool shutter_may_roll);
   /// The same for a model that has no translation.
   const Judgement& judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d& R);
 
@@ -39,8 +38,8 @@ class PoseJudge {
   Verdict compare(const RefinedPose& refined, const std::vector<AlternativeMotion>& alternatives,
                   bool shutter_may_roll);
   EvidenceTable evidenceOf(const RefinedPose& refined, const Verdict& verdict);
-  /// Takes the motion for right.
-  void accept();
+  /// Takes the motion for right, or its rotation alone.
+  void accept(bool with_translation);
   bool directionIsKnown(const PoseSquare& covariance) const;
   /// Fills all but poses and what is known of them. `rotated`: matches are weighed by what the rotation leaves of them.
   const Judgement& conclude(const RefinedPose& refined, bool rotated);

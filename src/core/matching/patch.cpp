@@ -13,8 +13,6 @@ constexpr float kLeastContrast = 3;
 // Steps of a shift alone bring the guess near, then the shape may change.
 constexpr int kShiftSteps = 6, kAffineSteps = 8;
 constexpr float kNearStep = 0.5F, kLastStep = 0.1F;  // pixels; what follows is a tenth of it
-// Correlation of the patch with what was found; 0.7 to 0.85 make next to no difference (doc/inside/tracks.md).
-constexpr float kLikeness = 0.8F;
 
 /// Pixels of the right and lower border that are left out, so that rounding keeps a patch inside.
 constexpr float kRim = 0.01F;
@@ -30,11 +28,6 @@ PatchMap mapOf(const PatchPlace& place) {
   return {place.centre.x(),
           place.centre.y(),
           {{place.shape(0, 0), place.shape(0, 1)}, {place.shape(1, 0), place.shape(1, 1)}}};
-}
-
-float likeness(const PatchNumbers& a, const PatchNumbers& b) {
-  using Column = Eigen::Map<const Eigen::Array<float, kPatchSide * kPatchLanes, 1>>;
-  return (Column(a.at[0]) * Column(b.at[0])).sum();
 }
 
 }  // namespace
@@ -64,11 +57,19 @@ bool Patch::cut(const cv::Mat& image, const Eigen::Vector2f& centre) {
   for (PatchNumbers* gradient : {&gradient_x_, &gradient_y_}) {
     Eigen::Map<Eigen::Array<float, kPatchSide * kPatchLanes, 1>>(gradient->at[0]) /= 2 * length;
   }
-  weighGradients();
-  return affine_.info() == Eigen::Success;
+  PatchNumbers ones = {};
+  for (auto& row : ones.at) std::fill(row, row + kPatchSide, 1.F);
+  const Eigen::Vector2f sum = projectToShift(ones), x = projectToShift(gradient_x_), y = projectToShift(gradient_y_);
+  gain_ = projectToShift(intensity_);
+  Eigen::Matrix2f normal;
+  normal << x, y;
+  // Normalizing removes mean and gain.
+  normal -= sum * sum.transpose() / (kPatchSide * kPatchSide) + gain_ * gain_.transpose();
+  shift_.compute(normal);
+  return shift_.info() == Eigen::Success;
 }
 
-void Patch::weighGradients() {
+Patch::Affine Patch::affine() const {
   PatchNumbers ones = {};
   for (auto& row : ones.at) std::fill(row, row + kPatchSide, 1.F);
   const PatchMoments xx = kernels_->moments(gradient_x_, gradient_x_), xy = kernels_->moments(gradient_x_, gradient_y_),
@@ -80,12 +81,16 @@ void Patch::weighGradients() {
       xx.y, xy.y, xx.xy, xx.yy, xy.xy, xy.yy,        //
       xy.x, yy.x, xy.xx, xy.xy, yy.xx, yy.xy,        //
       xy.y, yy.y, xy.xy, xy.yy, yy.xy, yy.yy;
-  // Normalizing removes mean and gain.
   const Vector6f sum = project(ones);
-  gain_ = project(intensity_);
-  normal -= sum * sum.transpose() / (kPatchSide * kPatchSide) + gain_ * gain_.transpose();
-  shift_.compute(normal.topLeftCorner<2, 2>());
-  affine_.compute(normal);
+  Affine affine;
+  affine.gain = project(intensity_);
+  normal -= sum * sum.transpose() / (kPatchSide * kPatchSide) + affine.gain * affine.gain.transpose();
+  affine.normal.compute(normal);
+  return affine;
+}
+
+Eigen::Vector2f Patch::projectToShift(const PatchNumbers& numbers) const {
+  return {kernels_->product(gradient_x_, numbers), kernels_->product(gradient_y_, numbers)};
 }
 
 Patch::Vector6f Patch::project(const PatchNumbers& numbers) const {
@@ -93,20 +98,20 @@ Patch::Vector6f Patch::project(const PatchNumbers& numbers) const {
   return (Vector6f() << x.one, y.one, x.x, x.y, y.x, y.y).finished();
 }
 
-std::optional<PatchPlace> Patch::find(const cv::Mat& image, const PatchPlace& guess, float reach) const {
+std::optional<PatchPlace> Patch::find(const cv::Mat& image, const PatchPlace& guess, const PatchSearch& search) const {
   PatchPlace place = guess;
   PatchNumbers seen;
   float alike = 0;
-  bool affine = false;
+  std::optional<Affine> shape;  // once it may change
+  const float near = search.enough < PatchSearch::kNever ? kLastStep : kNearStep;
   for (int i = 0; i < kShiftSteps + kAffineSteps; ++i) {
     if (!sample(image, place, seen)) return std::nullopt;
-    alike = likeness(seen, intensity_);
-    const Vector6f sums = project(seen) - gain_;
+    alike = kernels_->product(seen, intensity_);
     Vector6f step = Vector6f::Zero();
-    if (affine) {
-      step = affine_.solve(sums);
+    if (shape) {
+      step = shape->normal.solve(project(seen) - shape->gain);
     } else {
-      step.head<2>() = shift_.solve(sums.head<2>());
+      step.head<2>() = shift_.solve(projectToShift(seen) - gain_);
     }
     // The patch moved by the step looks like what is seen here, so here is moved back by it.
     Eigen::Matrix2f change;
@@ -114,26 +119,29 @@ std::optional<PatchPlace> Patch::find(const cv::Mat& image, const PatchPlace& gu
     const Eigen::Matrix2f back = change.inverse();
     place.centre -= place.shape * back * step.head<2>();
     place.shape = (place.shape * back).eval();
-    if (!((place.centre - guess.centre).norm() <= reach)) return std::nullopt;
+    if (!((place.centre - guess.centre).norm() <= search.reach)) return std::nullopt;
     const float length = step.head<2>().norm();
-    if (affine && length < kLastStep) break;
-    affine = affine || length < kNearStep || i + 1 >= kShiftSteps;
+    if (length < kLastStep && (shape || alike >= search.enough)) break;
+    if (shape || (length >= near && i + 1 < kShiftSteps)) continue;
+    shape = affine();
+    if (shape->normal.info() != Eigen::Success) return std::nullopt;
   }
-  return alike >= kLikeness ? std::optional(place) : std::nullopt;
+  return alike >= search.likeness ? std::optional(place) : std::nullopt;
 }
 
-std::optional<PatchPlace> Patch::find(const cv::Mat& image, const std::vector<PatchPlace>& guesses, float reach) const {
+std::optional<PatchPlace> Patch::find(const cv::Mat& image, const std::vector<PatchPlace>& guesses,
+                                      const PatchSearch& search) const {
   const PatchPlace* best = nullptr;
   float most = 0;
   PatchNumbers seen;
   for (const PatchPlace& guess : guesses) {
     if (!sample(image, guess, seen)) continue;
-    const float alike = likeness(seen, intensity_);
+    const float alike = kernels_->product(seen, intensity_);
     if (alike <= most) continue;
     most = alike;
     best = &guess;
   }
-  return best == nullptr ? std::nullopt : find(image, *best, reach);
+  return best == nullptr ? std::nullopt : find(image, *best, search);
 }
 
 }  // namespace gms_ransac

@@ -40,7 +40,9 @@ struct PatchKernels {
   void (*sampleWithRim)(const uint8_t* image, ptrdiff_t stride, const PatchMap& place, PatchWithRim& levels);
   /// To mean 0 and length 1; returns the length before. Leaves zeros where they are all alike.
   float (*normalize)(PatchNumbers& levels);
-  /// Sums the products of both.
+  /// Sum of the products of both.
+  float (*product)(const PatchNumbers& a, const PatchNumbers& b);
+  /// The same for products with the coordinates.
   PatchMoments (*moments)(const PatchNumbers& a, const PatchNumbers& b);
 };
 

@@ -17,6 +17,7 @@ constexpr int kVectors = (kPatchRimSide + kLanes - 1) / kLanes;  ///< of a row
 using F32 [[gnu::vector_size(GMS_RANSAC_VECTOR_BYTES)]] = float;
 using I32 [[gnu::vector_size(GMS_RANSAC_VECTOR_BYTES)]] = int32_t;
 using Bytes [[gnu::vector_size(kLanes)]] = uint8_t;
+using Words [[gnu::vector_size(2 * kLanes)]] = uint16_t;
 using FourFloats [[gnu::vector_size(16)]] = float;
 
 template <typename Vector>
@@ -28,7 +29,10 @@ inline Vector load(const void* p) {
 
 inline F32 loadFloats(const float* row, int vector) { return load<F32>(row + vector * kLanes); }
 inline void store(float* row, int vector, F32 a) { std::memcpy(row + vector * kLanes, &a, sizeof a); }
-inline F32 loadBytes(const uint8_t* p) { return __builtin_convertvector(load<Bytes>(p), F32); }
+/// Step by step, because GCC converts bytes to floats at once one by one.
+inline F32 loadBytes(const uint8_t* p) {
+  return __builtin_convertvector(__builtin_convertvector(__builtin_convertvector(load<Bytes>(p), Words), I32), F32);
+}
 inline F32 all(float a) { return a - F32{}; }
 
 /// Offsets of the columns from the centre, and 1 in each; past the last one its offset, and 0.
@@ -141,6 +145,14 @@ float normalize(PatchNumbers& levels) {
   return length;
 }
 
+float product(const PatchNumbers& a, const PatchNumbers& b) {
+  F32 products[kVectors] = {};
+  for (int row = 0; row < kPatchSide; ++row) {
+    for (int k = 0; k < kVectors; ++k) products[k] += loadFloats(a.at[row], k) * loadFloats(b.at[row], k);
+  }
+  return sum(products);
+}
+
 PatchMoments moments(const PatchNumbers& a, const PatchNumbers& b) {
   static constexpr Columns<kPatchSide> columns;
   F32 one[kVectors] = {}, y[kVectors] = {}, yy[kVectors] = {};
@@ -164,7 +176,7 @@ PatchMoments moments(const PatchNumbers& a, const PatchNumbers& b) {
 }
 
 constexpr PatchKernels kKernels = {sample<kPatchSide, PatchNumbers>, sample<kPatchRimSide, PatchWithRim>, normalize,
-                                   moments};
+                                   product, moments};
 
 }  // namespace
 }  // namespace gms_ransac

@@ -45,7 +45,7 @@ void RowOffsets::measure(const cv::Mat& left, const cv::Mat& right, const std::v
     if (!disparity || !patch.cut(left, centre)) continue;
     PatchPlace guess;
     guess.centre = centre + Eigen::Vector2f(static_cast<float>(-*disparity), static_cast<float>(expected));
-    const auto found = patch.find(right, guess, kOffsetReach);
+    const auto found = patch.find(right, guess, {kOffsetReach});
     if (!found) continue;
     const double below = found->centre.y() - centre.y(),
                  ratio = (below - expected) / (first ? kFirstSpread : kOffsetNoise);

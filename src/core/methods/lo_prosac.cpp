@@ -88,13 +88,13 @@ class LoProsac : public RansacMethod {
     if (const auto proposal = motionOfPrior(pair)) search.ransac.offer(*proposal);
     if (!best) return;
 
-    // Without the prior of the parallax for the model and the direction of translation, with it for the rotation.
-    const TwoViewPose optimum = optima_.choose(points_, refined(plain, best->pose, effort), starts_);
-    const TwoViewPose pose = refined(model, optimum, effort);
+    TwoViewPose optimum = optima_.choose(points_, refined(plain, best->pose, effort), starts_);
+    weighAligned(plain, optimum);
+    optimum = refined(plain, optimum, effort);
+    weighAligned(plain, optimum);
     const RefinedPose& answer = judge_.refine(points_, true, optimum);
     if (!accept(pair, answer.pose.essential(), true)) return;
-    pair.result.judgement =
-        judge_.judge(answer, pose, optima_.alternatives, options_.mayRoll(pair.pairs.global_shutter));
+    pair.result.judgement = judge_.judge(answer, optima_.alternatives, options_.mayRoll(pair.pairs.global_shutter));
     pair.result.optimum = MotionStart(answer.pose);
   }
 
@@ -119,6 +119,11 @@ class LoProsac : public RansacMethod {
     return pose;
   }
 
+  void weighAligned(const PoseModel& model, const TwoViewPose& pose) {
+    model.residuals(pose, residuals_);
+    points_.weighAligned(residuals_);
+  }
+
   bool leavesMuch(const PoseModel& plain, const TwoViewPose& pose) const {
     HypothesisScore score;
     plain.score(points_.view(), pose, std::numeric_limits<float>::max(), score);
@@ -135,6 +140,7 @@ class LoProsac : public RansacMethod {
   Optima optima_;
   PoseJudge judge_;
   std::vector<TwoViewPose> starts_;
+  std::vector<float> residuals_;
 };
 
 }  // namespace

@@ -38,7 +38,6 @@ Eigen::Matrix3d nearestOrthogonal(const Eigen::Matrix3d& matrix) {
 RecoveredPose PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, const TwoViewPoints& points,
                                     const RobustResult& result, bool refine) {
   if (!camera.calibrated()) return {};
-  const bool homography = result.model_type == ModelType::kHomography;
   propose(pairs, camera, result);
   const auto best = std::max_element(candidates_.begin(), candidates_.end(),
                                      [](const Motion& a, const Motion& b) { return a.in_front < b.in_front; });
@@ -52,10 +51,9 @@ RecoveredPose PoseRecovery::recover(const PointPairs& pairs, const Camera& camer
   Explanation chosen = explain(judged.view(), best->pose, refine);
   if (options_.judge) weighAlternatives(judged.view(), best->in_front, refine, result.model_type, chosen);
   const RefinedPose& refined = judge_.refine(judged, refine, chosen.optimum);
-  const TwoViewPose& preferred = refine && !homography ? refined.pose : chosen.pose;
   RecoveredPose recovered;
   if (refine && result.model_type == ModelType::kEssential) recovered.model = refined.pose.essential().normalized();
-  recovered.judgement = &judge_.judge(refined, preferred, alternatives_, options_.mayRoll(pairs.global_shutter));
+  recovered.judgement = &judge_.judge(refined, alternatives_, options_.mayRoll(pairs.global_shutter));
   return recovered;
 }
 
@@ -96,7 +94,7 @@ void PoseRecovery::weighAlternatives(const PointColumnsView& points, int most_in
 PoseRecovery::Explanation PoseRecovery::explain(const PointColumnsView& points, const TwoViewPose& pose,
                                                 bool refine) const {
   const PoseModel model(kernels_, points);
-  Explanation explanation = {pose, pose, 0};
+  Explanation explanation = {pose, 0};
   if (refine) model.refine(kRobustLoss, kPoseIterations, explanation.optimum, kEnoughInAValley);
   HypothesisScore score;
   model.score(points, explanation.optimum, std::numeric_limits<float>::max(), score);

@@ -43,8 +43,8 @@ class PoseRecovery {
   };
   /// A motion as an explanation of all matches.
   struct Explanation {
-    TwoViewPose pose, optimum;  ///< the latter is the optimum near the former
-    float cost = 0;             ///< of the optimum
+    TwoViewPose optimum;
+    float cost;
   };
   void collectInliers(const PointPairs& pairs, const Eigen::Matrix3d& K, const std::vector<uint8_t>& inlier);
   /// Fills `candidates_` with the motions that the result's model allows.

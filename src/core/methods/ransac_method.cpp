@@ -81,6 +81,8 @@ std::optional<Hypothesis> RansacMethod::motionOfPrior(const PairTask& pair) {
 
 void RansacMethod::recoverPose(const PairTask& pair, const TwoViewModel& model, const Hypothesis& best, bool refine) {
   const auto& [pairs, camera, result] = pair;
+  model.residuals(best, storage_.residuals);
+  points_.weighAligned(storage_.residuals);
   const RecoveredPose recovered = pose_recovery_.recover(pairs, camera, points_, result, refine);
   if (recovered.judgement == nullptr) return weighMatches(model, best, result);
   if (recovered.model) setModel(pair, *recovered.model);
@@ -95,6 +97,7 @@ void RansacMethod::weighMatches(const TwoViewModel& model, const Hypothesis& bes
   result.judgement.sigma_px = noise_.sigma() * options_.inlierThreshold();
   const bool on_lines = result.model_type != ModelType::kHomography;
   if (!on_lines) result.judgement.sigma_px /= kTransferSigmas;
+  result.judgement.aligned_sigma_px = result.judgement.sigma_px * points_.alignedSigma();
   // A homography says where the point itself belongs, so what is near it needs no further question.
   points_.toRows(on_lines ? noise_.weigh(view, points_.finestWeight()) : noise_.probabilities(),
                  result.judgement.probability);

@@ -4,7 +4,7 @@
 
 #include <Eigen/LU>
 
-#include "scale/aligned_points.h"
+#include "matching/aligned_points.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {

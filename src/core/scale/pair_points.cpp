@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "gms_ransac/point_pairs.h"
-#include "scale/aligned_points.h"
+#include "matching/aligned_points.h"
 
 namespace gms_ransac {
 

@@ -29,8 +29,8 @@ void triangulate(const RelativePose& pose, double minimum_parallax, Triangulatio
   }
 }
 
-void triangulateInliers(const Features& reference, const Features& current, const MatchResult& result,
-                        const Camera& camera, Triangulation& out, double minimum_parallax) {
+void triangulateInliers(const Features& reference, const MatchResult& result, const Camera& camera, Triangulation& out,
+                        double minimum_parallax) {
   out.row.clear();
   for (auto* column : {&out.x_reference, &out.y_reference, &out.x_current, &out.y_current}) column->clear();
   if (camera.calibrated() && result.robust.judgement.pose_found) {
@@ -38,7 +38,7 @@ void triangulateInliers(const Features& reference, const Features& current, cons
       if (!result.isInlier(row)) continue;
       const Match& match = result.matches[row];
       const Eigen::Vector2d r = rayOf(camera, reference.keypoints[static_cast<size_t>(match.reference)].pt);
-      const Eigen::Vector2d c = rayOf(camera, current.keypoints[static_cast<size_t>(match.current)].pt);
+      const Eigen::Vector2d c = rayOf(camera, result.current_pixel[row]);
       out.row.push_back(static_cast<int>(row));
       out.x_reference.push_back(r.x());
       out.y_reference.push_back(r.y());

@@ -122,11 +122,11 @@ void TrackFollower::locate(const cv::Mat& image) {
     if (!track.alive) continue;
     PatchPlace guess = track.place;
     guess.centre = toEigen(track.prediction);
-    auto place = track.patch.find(image, guess, track.reach);
+    auto place = track.patch.find(image, guess, {track.reach});
     if (!place && track.patch.cut(last_, toEigen(track.last))) {
       // It looks otherwise by now than when it was chosen, but perhaps as in the last image.
       guess.shape.setIdentity();
-      place = track.patch.find(image, guess, track.reach);
+      place = track.patch.find(image, guess, {track.reach});
     }
     track.alive = place.has_value();
     if (!place) continue;

@@ -38,7 +38,8 @@ void PointPairs::gather(const PointPairs& all, const std::vector<int>& rows) {
         &PointPairs::relative_score, &PointPairs::row_reference, &PointPairs::row_current}) {
     copy(column);
   }
-  for (const auto column : {&PointPairs::octave_reference, &PointPairs::octave_current}) copy(column);
+  for (const auto column : {&PointPairs::octave_reference, &PointPairs::octave_current, &PointPairs::aligned})
+    copy(column);
   copy(&PointPairs::score);
   for (const auto column : {&PointPairs::distance, &PointPairs::second_distance}) copy(column);
   image_reference = all.image_reference;

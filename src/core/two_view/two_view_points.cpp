@@ -7,6 +7,7 @@
 
 #include <Eigen/LU>
 
+#include "support/order_statistics.h"
 #include "two_view/two_view_model.h"
 
 namespace gms_ransac {
@@ -15,8 +16,13 @@ namespace {
 
 constexpr int kHighestOctave = 31;  ///< beyond it the noise is the same
 
+/// Aligned points, and keypoints, that tell what the noise of either is.
+constexpr size_t kLeastOfClass = 20;
+constexpr double kLeastAlignedSigma = 0.1;  ///< of keypoints' sigma: what is finer is an error of the camera model's
+
 // Working coordinates of matches without: far from every line.
 constexpr float kInvalidCoordinate = 1e3f;
+constexpr float kTiny = 1e-12f;
 
 using Column = std::vector<float> PointPairs::*;
 
@@ -82,6 +88,8 @@ void TwoViewPoints::set(const PointPairs& pairs, const Camera& camera, ModelType
   columns_.resize(pairs.size());
   slot_of_.resize(row_of_.size());
   cells_.resize(row_of_.size());
+  aligned_.resize(row_of_.size());
+  aligned_sigma_ = 1;
   float *x1 = columns_.x1(), *y1 = columns_.y1(), *x2 = columns_.x2(), *y2 = columns_.y2();
   float* weight = columns_.weight();
   for (size_t slot = 0; slot < row_of_.size(); ++slot) {
@@ -95,9 +103,29 @@ void TwoViewPoints::set(const PointPairs& pairs, const Camera& camera, ModelType
     y1[slot] = valid ? transformed(to_working_reference_, 1, xr, yr) : 0;
     x2[slot] = valid ? transformed(to_working_current_, 0, xc, yc) : kInvalidCoordinate;
     y2[slot] = valid ? transformed(to_working_current_, 1, xc, yc) : -kInvalidCoordinate;
-    const double scale = 0.5 * (variance[pairs.octave_reference[row]] + variance[pairs.octave_current[row]]);
+    aligned_[slot] = pairs.isAligned(row);
+    // What is aligned has no level; how much more precise it is than a keypoint of the finest one is seen later.
+    const double scale =
+        aligned_[slot] ? 1 : 0.5 * (variance[pairs.octave_reference[row]] + variance[pairs.octave_current[row]]);
     weight[slot] = static_cast<float>(1 / (threshold * threshold * scale));
     cells_[slot] = spreadCell({xr, yr}, pairs.image_reference);
+  }
+}
+
+void TwoViewPoints::weighAligned(const std::vector<float>& squared_residuals) {
+  of_keypoints_.clear();
+  of_aligned_.clear();
+  for (size_t slot = 0; slot < aligned_.size(); ++slot) {
+    const float residual = squared_residuals[slot];
+    if (residual < 1) (aligned_[slot] ? of_aligned_ : of_keypoints_).push_back(residual);
+  }
+  if (std::min(of_keypoints_.size(), of_aligned_.size()) < kLeastOfClass) return;
+  const auto median = [](std::vector<float>& values) { return nthSmallest(values, values.size() / 2); };
+  const double ratio = std::sqrt(median(of_aligned_) / std::max(median(of_keypoints_), kTiny));
+  aligned_sigma_ = std::clamp(aligned_sigma_ * ratio, kLeastAlignedSigma, 1.);
+  const auto aligned_weight = static_cast<float>(finest_weight_ / (aligned_sigma_ * aligned_sigma_));
+  for (size_t slot = 0; slot < aligned_.size(); ++slot) {
+    if (aligned_[slot]) columns_.weight()[slot] = aligned_weight;
   }
 }
 

@@ -36,6 +36,10 @@ class TwoViewPoints {
   double pixelsPerUnit() const { return pixels_per_unit_; }
   /// The weight of a slot whose keypoints are both of the finest level.
   float finestWeight() const { return finest_weight_; }
+  /// Weighs the aligned points by their own noise, from the squared residuals of a motion that most matches follow.
+  void weighAligned(const std::vector<float>& squared_residuals);
+  /// Standard deviation of aligned points, in those of keypoints of the finest level; 1 until they are weighed.
+  double alignedSigma() const { return aligned_sigma_; }
   /// Sorts a value of each slot by rows.
   void toRows(const std::vector<float>& by_slot, std::vector<float>& by_row) const;
 
@@ -46,8 +50,10 @@ class TwoViewPoints {
   PointColumns columns_;
   std::vector<int32_t> cells_;
   std::vector<int> row_of_, slot_of_;
+  std::vector<uint8_t> aligned_;                               ///< flags of the slots
+  std::vector<float> of_keypoints_, of_aligned_;               ///< squared residuals
   Eigen::Matrix3d to_working_reference_, to_working_current_;  ///< pixels -> working coordinates
-  double pixels_per_unit_ = 1, noise_exponent_ = 0;
+  double pixels_per_unit_ = 1, noise_exponent_ = 0, aligned_sigma_ = 1;
   float finest_weight_ = 1;
 };
 

@@ -107,7 +107,8 @@ bool CommandLine::parse(const Arguments& arguments, const std::string& usage, bo
   auto add = options.add_options();
   if (with_sets) addDatasetOptions(options, dataset_options_);
   add("paper",
-      "defaults as in the paper: cp_ransac on cv::ORB, without refinement, judgement and one_to_one (see README)");
+      "defaults as in the paper: cp_ransac on cv::ORB, without alignment, refinement, judgement and one_to_one (see "
+      "README)");
   add("method,m", po::value(&methods_)->composing(),
       "method, several with commas between, or all (see evaluate --list)");
   const ParameterValues defaults = parametersOf(base);

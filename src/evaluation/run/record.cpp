@@ -198,7 +198,9 @@ json recordOf(const Answer& answer) {
   Reliability reliability;
   const bool weighed = !result.robust.judgement.probability.empty();  // with a model
   result.forEachRaw([&](const Match& match, MatchStage stage, size_t row) {
-    const cv::Point2f &p = pointOf(answer.reference, match.reference), &q = pointOf(answer.current, match.current);
+    const cv::Point2f& p = pointOf(answer.reference, match.reference);
+    const cv::Point2f& q =
+        stage == MatchStage::kRaw ? pointOf(answer.current, match.current) : result.current_pixel[row];
     const bool kept = stage == MatchStage::kInlier;
     if (truth.hasEpipolar()) epipolar.add(match.current, kept, truth.epipolarDistance(p, q) < kCorrectWithin);
     const std::optional<double> distance = truth.hasTransfer() ? truth.transferDistance(p, q) : std::nullopt;
@@ -256,7 +258,7 @@ json correspondencesOf(const Answer& answer) {
   for (size_t row = 0; row < result.matches.size(); ++row) {
     if (!result.isInlier(row)) continue;
     const cv::Point2f& p = pointOf(answer.reference, result.matches[row].reference);
-    const cv::Point2f& q = pointOf(answer.current, result.matches[row].current);
+    const cv::Point2f& q = result.current_pixel[row];
     json inlier = json::array();
     for (const float value : {p.x, p.y, q.x, q.y, result.confidence[row], result.probability(row)}) {
       inlier.push_back(shortest(value));

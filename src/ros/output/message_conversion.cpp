@@ -59,6 +59,7 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
                  &current_features = current.frame.features;
   const SigmaByOctave reference_sigma(result.robust.judgement, reference_features.scale_factor),
       current_sigma(result.robust.judgement, current_features.scale_factor);
+  const auto aligned_sigma = static_cast<float>(result.robust.judgement.aligned_sigma_px);
   size_t entry = 0;
   result.forEachRaw([&](const Match& match, MatchStage stage, size_t row) {
     if (!with_rejected && stage != MatchStage::kInlier) return;
@@ -68,15 +69,17 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
     if (with_rejected) message.stage[entry] = static_cast<uint8_t>(stage);
     message.reference_points[2 * entry] = from.pt.x;
     message.reference_points[2 * entry + 1] = from.pt.y;
-    message.current_points[2 * entry] = to.pt.x;
-    message.current_points[2 * entry + 1] = to.pt.y;
+    const cv::Point2f& pixel = kept ? result.current_pixel[row] : to.pt;
+    message.current_points[2 * entry] = pixel.x;
+    message.current_points[2 * entry + 1] = pixel.y;
     message.confidence[entry] = kept ? result.confidence[row] : 0;
     message.distance[entry] = match.distance;
     message.track_id[entry] = kept ? processed.pair->track_ids[row] : 0;
     message.track_length[entry] = kept ? processed.pair->track_lengths[row] : 0;
     message.probability[entry] = kept ? result.probability(row) : 0;
-    message.reference_sigma[entry] = reference_sigma[from.octave];
-    message.current_sigma[entry++] = current_sigma[to.octave];
+    const bool aligned = kept && result.pairs.isAligned(row);
+    message.reference_sigma[entry] = aligned ? aligned_sigma : reference_sigma[from.octave];
+    message.current_sigma[entry++] = aligned ? aligned_sigma : current_sigma[to.octave];
   });
   const RelativePose* pose = processed.posePublished();
   message.pose_valid = pose != nullptr;

@@ -219,7 +219,7 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
     if (!result.isInlier(row)) continue;
     const Match& match = result.matches[row];
     const Eigen::Vector2d from = rayOf(camera, processed.pair->reference->frame.features.keypoints[match.reference].pt);
-    const Eigen::Vector2d to = rayOf(camera, processed.current->frame.features.keypoints[match.current].pt);
+    const Eigen::Vector2d to = rayOf(camera, result.current_pixel[row]);
     flow.points.push_back(toMessage(from.homogeneous()));
     flow.points.push_back(toMessage(to.homogeneous()));
     flow.colors.resize(flow.points.size(), color(result.probability(row)));

@@ -50,7 +50,7 @@ std::optional<PatchPlace> searchRow(const Patch& patch, const Side& side, const 
   for (int i = 0; i <= kGreatestDisparity * side.image.cols; i += kRowStep) {
     row.push_back(side.place({ray.x() + i * step, ray.y()}));
   }
-  return patch.find(side.image, row, kReach);
+  return patch.find(side.image, row, {kReach});
 }
 
 /// True if the patch at `found` leads back to `point` of the other side.
@@ -123,12 +123,12 @@ std::optional<StereoFeatureStream::RightPoint> StereoFeatureStream::locate(const
   std::optional<PatchPlace> found;
   if (guesses.empty()) {
     found = searchRow(patch, right, seen, -1);
-  } else if (found = patch.find(right.image, at(guesses.back()), kReach); !found) {
+  } else if (found = patch.find(right.image, at(guesses.back()), {kReach}); !found) {
     std::vector<PatchPlace> row;
     for (const double guess : guesses) {
       for (int i = -kRowReach; i <= kRowReach; ++i) row.push_back(at(guess + i * pixel));
     }
-    found = patch.find(right.image, row, kReach);
+    found = patch.find(right.image, row, {kReach});
   }
   const bool is_new = before == right_.end();
   if (!found || (is_new && !isMutual(right, *found, left, point.current))) return std::nullopt;

@@ -149,8 +149,7 @@ void findPose(const Pipeline& pipeline, Stream& stream, ComparedPair& pair, Proc
   answer.length_missing = answer.recovered && answer.status == MatchStats::OK;
   const Parameters& parameters = pipeline.parameters;
   if (answer.current->image.wanted.points || parameters.scale == ScaleMode::kPropagate || parameters.measuresMetres()) {
-    triangulateInliers(pair.reference->frame.features, answer.current->frame.features, pair.result,
-                       answer.current->image.camera->camera, pair.points);
+    triangulateInliers(pair.reference->frame.features, pair.result, answer.current->image.camera->camera, pair.points);
     pair.triangulated = true;
   }
   findLength(pipeline, stream, answer);

@@ -54,7 +54,7 @@ TEST(Patch, IsFoundToAHundredthOfAPixel) {
   const Patch patch = taken();
   for (const float shift : {0.F, 0.25F, -0.5F, 1.7F}) {
     const PatchPlace truth = at(kCentre + Eigen::Vector2f(shift, -0.6F * shift));
-    const auto found = patch.find(view(kCentre, truth), at(kCentre), 3);
+    const auto found = patch.find(view(kCentre, truth), at(kCentre), {3});
     ASSERT_TRUE(found);
     EXPECT_LT((found->centre - truth.centre).norm(), 0.02) << shift;
   }
@@ -64,7 +64,7 @@ TEST(Patch, IsFoundTurnedLeaningAndBrighter) {
   const Patch patch = taken();
   PatchPlace truth = at(kCentre + Eigen::Vector2f(0.8F, 0.5F));
   truth.shape << 1.1F, -0.12F, 0.15F, 0.95F;
-  const auto found = patch.find(view(kCentre, truth, 0.7F, 30), at(kCentre), 3);
+  const auto found = patch.find(view(kCentre, truth, 0.7F, 30), at(kCentre), {3});
   ASSERT_TRUE(found);
   EXPECT_LT((found->centre - truth.centre).norm(), 0.03);
   EXPECT_LT((found->shape - truth.shape).norm(), 0.02);
@@ -73,17 +73,18 @@ TEST(Patch, IsFoundTurnedLeaningAndBrighter) {
 TEST(Patch, NoiseMovesItByLittle) {
   const Patch patch = taken(3);
   const PatchPlace truth = at(kCentre + Eigen::Vector2f(-0.7F, 0.4F));
-  const auto found = patch.find(view(kCentre, truth, 1, 0, 3), at(kCentre), 3);
+  const auto found = patch.find(view(kCentre, truth, 1, 0, 3), at(kCentre), {3});
   ASSERT_TRUE(found);
   EXPECT_LT((found->centre - truth.centre).norm(), 0.1);
 }
 
 TEST(Patch, IsNotFoundWhereItIsNot) {
   const Patch patch = taken();
-  EXPECT_FALSE(patch.find(view(kCentre + Eigen::Vector2f(400, 900), at(kCentre)), at(kCentre), 3));
+  EXPECT_FALSE(patch.find(view(kCentre + Eigen::Vector2f(400, 900), at(kCentre)), at(kCentre), {3}));
   const cv::Mat plain(kHeight, kWidth, CV_8UC1, cv::Scalar(128));
-  EXPECT_FALSE(patch.find(plain, at(kCentre), 3));
-  EXPECT_FALSE(patch.find(view(kCentre, at(kCentre + Eigen::Vector2f(1.7F, 0))), at(kCentre), 1)) << "beyond its reach";
+  EXPECT_FALSE(patch.find(plain, at(kCentre), {3}));
+  EXPECT_FALSE(patch.find(view(kCentre, at(kCentre + Eigen::Vector2f(1.7F, 0))), at(kCentre), {1}))
+      << "beyond its reach";
   EXPECT_FALSE(Patch().cut(plain, kCentre));
 }
 
@@ -93,8 +94,8 @@ TEST(Patch, StaysWithinTheImage) {
   EXPECT_FALSE(patch.cut(image, {3, 50}));
   EXPECT_FALSE(patch.cut(image, {60, kHeight - 4}));
   EXPECT_FALSE(patch.cut(image, {NAN, 50}));
-  EXPECT_FALSE(taken().find(image, at({kWidth - 4, 50}), 3));
-  EXPECT_FALSE(taken().find(image, at({NAN, 50}), 3));
+  EXPECT_FALSE(taken().find(image, at({kWidth - 4, 50}), {3}));
+  EXPECT_FALSE(taken().find(image, at({NAN, 50}), {3}));
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ class EveryMethod : public testing::TestWithParam<std::string> {};
 struct AccuracyLimit {
   double outliers, rotation, direction;  ///< the errors in degrees
 };
-constexpr AccuracyLimit kAccuracyLimits[] = {{0.1, 0.06, 1.5}, {0.4, 0.075, 0.85}, {0.7, 0.085, 1.2}};
+constexpr AccuracyLimit kAccuracyLimits[] = {{0.1, 0.1, 1.5}, {0.4, 0.075, 0.85}, {0.7, 0.085, 1.2}};
 /// Least recall if six tenths or more of the matches are correct; a fundamental matrix from three tenths is rougher.
 constexpr double kLeastRecall = 0.98, kLeastRecallOfRough = 0.8;
 

@@ -20,7 +20,7 @@ void forEachPair(const Camera& camera, int frames, int gap, double minimum_paral
     MatchResult result;
     filter.filter(extracted[i], extracted[i + gap], result);
     Triangulation points;
-    triangulateInliers(extracted[i].features, extracted[i + gap].features, result, camera, points, minimum_parallax);
+    triangulateInliers(extracted[i].features, result, camera, points, minimum_parallax);
     visit(i, extracted[i], extracted[i + gap], result, points);
   }
 }

@@ -70,6 +70,7 @@ class KeyFrameTest : public testing::Test {
       std::vector<uint32_t> tracks;
       for (int i = 0; i < kPoints; ++i) {
         result.matches.push_back({i, i, 10, 50});
+        result.current_pixel.push_back(current.features.keypoints[static_cast<size_t>(i)].pt);
         // Every other pair of images finds the rest of the points: their noise does not cancel out in the next pair.
         const bool lasts = all_last || i % lasting_ == 0, found = lasts || (i + image) % 2 == 0;
         result.inlier.push_back(found);
@@ -77,7 +78,7 @@ class KeyFrameTest : public testing::Test {
         tracks.push_back(static_cast<uint32_t>(1 + kPoints * (lasts ? (image - 1) / life : image) + i));
       }
       Triangulation columns;
-      triangulateInliers(reference.features, current.features, result, camera_, columns);
+      triangulateInliers(reference.features, result, camera_, columns);
       RelativePose pair;
       ASSERT_GT(poseFromKeypointDepth({columns, reference.features, current.features, result, camera_, reference.depth,
                                        current.depth, baseline_, tracks},

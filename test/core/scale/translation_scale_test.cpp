@@ -48,6 +48,7 @@ struct ExactPair {
       reference.keypoints.emplace_back(scene.pairs.x_reference[k], scene.pairs.y_reference[k], 31.f);
       current.keypoints.emplace_back(scene.pairs.x_current[k], scene.pairs.y_current[k], 31.f);
       result.matches.push_back({i, i, 10, 50});
+      result.current_pixel.push_back(current.keypoints.back().pt);
     }
     result.inlier.assign(truth.size(), 1);
     result.keypoints_reference = result.keypoints_current = result.inliers = options.matches;
@@ -61,7 +62,7 @@ struct ExactPair {
   }
   Triangulation triangulated() const {
     Triangulation points;
-    triangulateInliers(reference, current, result, camera, points);
+    triangulateInliers(reference, result, camera, points);
     return points;
   }
 };
@@ -342,7 +343,7 @@ TEST(PoseFromDepth, IsNotMisledByARollingShutter) {
     const cv::Point3f in_reference = seenByRows(truth.R * point + truth.t, -half_rotation, exact.camera);
     const cv::Point3f in_current = seenByRows(point, half_rotation, exact.camera);
     r = {in_reference.x, in_reference.y};
-    c = {in_current.x, in_current.y};
+    exact.result.current_pixel[i] = c = {in_current.x, in_current.y};
     depth.push_back(in_current.z);
   }
   RelativePose pose;

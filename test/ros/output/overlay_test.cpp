@@ -53,6 +53,7 @@ struct DrawnPair {
     result.raw.push_back(match);
     if (stage == MatchStage::kRaw) return;
     result.matches.push_back(match);
+    result.current_pixel.push_back(to);
     result.inlier.push_back(stage == MatchStage::kInlier);
     result.robust.judgement.probability.push_back(0.9F);
     result.robust.judgement.residual.push_back(residual);

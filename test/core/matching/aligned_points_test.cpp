@@ -1,5 +1,5 @@
 // Points aligned between rendered images, against their exact places.
-#include "scale/aligned_points.h"
+#include "matching/aligned_points.h"
 
 #include <cmath>
 

@@ -22,8 +22,12 @@ struct PointToAlign {
 /// The pixel at a keypoint; `guess` moves with it.
 PointToAlign pointToAlign(const cv::Point2f& reference, const cv::Point2f& current, float magnification);
 
+/// Pixels from the keypoint within which its patch is searched.
+constexpr float kAlignReach = 3;
+
 /// Where `current` shows what `earlier` shows around the pixel; nothing if it does not look like it. CV_8UC1 both.
-std::optional<PatchPlace> align(const cv::Mat& earlier, const cv::Mat& current, const PointToAlign& point);
+std::optional<PatchPlace> align(const cv::Mat& earlier, const cv::Mat& current, const PointToAlign& point,
+                                const PatchSearch& search = {kAlignReach}, SimdLevel simd = detectSimdLevel());
 
 /// Indices of a few points from each cell of the image, so that crowded ones do not take the time of the others: those
 /// that are followed for longest. `tracks`: id of each point, which count up; 0: not followed.

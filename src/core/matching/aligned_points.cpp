@@ -1,4 +1,4 @@
-#include "scale/aligned_points.h"
+#include "matching/aligned_points.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,9 +8,8 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr float kAlignReach = 3;  ///< pixels from the keypoint within which its patch is searched
-constexpr int kAlignCell = 50;    ///< side of a cell, pixels
-constexpr int kPerCell = 3;       ///< points; all of them gain nothing on KITTI and take twice the time
+constexpr int kAlignCell = 50;  ///< side of a cell, pixels
+constexpr int kPerCell = 3;     ///< points; all of them gain nothing on KITTI and take twice the time
 // Magnification of the current image, of those that a patch can follow.
 constexpr float kLeastMagnification = 0.5F, kMostMagnification = 2;
 
@@ -26,10 +25,11 @@ PointToAlign pointToAlign(const cv::Point2f& reference, const cv::Point2f& curre
   return point;
 }
 
-std::optional<PatchPlace> align(const cv::Mat& earlier, const cv::Mat& current, const PointToAlign& point) {
-  Patch patch;
+std::optional<PatchPlace> align(const cv::Mat& earlier, const cv::Mat& current, const PointToAlign& point,
+                                const PatchSearch& search, SimdLevel simd) {
+  Patch patch(simd);
   const Eigen::Vector2f centre(static_cast<float>(point.pixel.x), static_cast<float>(point.pixel.y));
-  return patch.cut(earlier, centre) ? patch.find(current, point.guess, kAlignReach) : std::nullopt;
+  return patch.cut(earlier, centre) ? patch.find(current, point.guess, search) : std::nullopt;
 }
 
 std::vector<int> spreadOut(const std::vector<cv::Point2f>& points, const std::vector<uint32_t>& tracks,
