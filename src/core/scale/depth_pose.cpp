@@ -9,6 +9,7 @@ namespace gms_ransac {
 namespace {
 
 using Eigen::Vector3d;
+using Eigen::Vector4d;
 
 constexpr int kMinimumSupport = 8;
 // Depth beyond this share of difference between the four pixels around a point lies on a rim, relative.
@@ -16,9 +17,10 @@ constexpr double kRim = 0.05;
 // Prior standard deviation of the row rotation, radians: half a degree to one degree on a hand-held Kinect.
 constexpr double kRowRotationSigma = 3.14159265358979323846 / 180;
 // Prior standard deviation of the disparity that the calibration of two cameras leaves, pixels, and of its growth over
-// x = 1 and y = 1. KITTI's rectified images have 0.15 (06) and 1 (01): ignored, it makes the translation 0.6 and 10 %
-// too long. Pairs measure it to 0.1. A road alone does not tell the growth with y from the length.
-constexpr double kDisparityErrorSigma = 1, kDisparityGrowthSigma = 0.3;
+// x = 1 and y = 1, and over x^2 = 1. KITTI's rectified images have 0.1 (04, 06) and 0.9 (01), and 1.5 to 2.3 over x^2:
+// ignored, they make the translation 0.8, 0.5 and 8 % too long. Pairs measure the offset to 0.1. A road alone does not
+// tell the growth with y from the length.
+constexpr double kDisparityErrorSigma = 1, kDisparityGrowthSigma = 0.3, kDisparityBendSigma = 1;
 
 double depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
   if (!(pixel.x >= 0 && pixel.x < depth.cols - 1 && pixel.y >= 0 && pixel.y < depth.rows - 1)) return 0;
@@ -48,9 +50,10 @@ double startingLength(std::vector<std::pair<double, double>> ratios) {
 }
 
 /// Prior standard deviation of each entry of JointMotion::sensor.
-Vector3d sensorSigma(double pixel, double baseline) {
-  if (baseline <= 0) return Vector3d::Constant(kRowRotationSigma);
-  return pixel / baseline * Vector3d(kDisparityErrorSigma, kDisparityGrowthSigma, kDisparityGrowthSigma);
+Vector4d sensorSigma(double pixel, double baseline) {
+  if (baseline <= 0) return Vector4d::Constant(kRowRotationSigma);
+  return pixel / baseline *
+         Vector4d(kDisparityErrorSigma, kDisparityGrowthSigma, kDisparityGrowthSigma, kDisparityBendSigma);
 }
 
 }  // namespace
@@ -88,7 +91,7 @@ ScaleEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, K
     const int point = points.sightings[i].point;
     points.joint[i].begin(start.pose, triangulated.valid[point] ? length * triangulated.depth_reference[point] : 0);
   }
-  const Vector3d sensor_sigma = sensorSigma(reader.pixel(), pair.baseline);
+  const Vector4d sensor_sigma = sensorSigma(reader.pixel(), pair.baseline);
   if (!refineJointly(points.joint, start, sensor_sigma, false, pose)) return estimate;
   if (key) key->locate(pair, reader, points, sensor_sigma, pose);
   estimate.length = pose.t.norm();

@@ -17,8 +17,9 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-// Unknowns: the step of t, the rotation vector w, then three of the sensor (JointMotion).
-constexpr int kPose = 6, kSensor = 3, kUnknowns = kPose + kSensor;
+using Eigen::Vector4d;
+// Unknowns: the step of t, the rotation vector w, then four of the sensor (JointMotion).
+constexpr int kPose = 6, kSensor = 4, kUnknowns = kPose + kSensor;
 using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 using Column = Eigen::Matrix<double, kUnknowns, 1>;
 
@@ -49,7 +50,10 @@ struct JointResidual {
 };
 
 /// Factors of JointMotion::sensor in the error of an inverse depth.
-Eigen::RowVector3d disparityError(const SeenPoint& seen) { return {1, seen.value.x(), seen.value.y()}; }
+Eigen::RowVector4d disparityError(const SeenPoint& seen) {
+  const double x = seen.value.x(), y = seen.value.y();
+  return {1, x, y, x * x};
+}
 
 JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
   JointResidual result;
@@ -60,13 +64,15 @@ JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
   // The point over its depth in the reference, in the reference and in the current camera.
   Vector3d moved = ray - inverse_depth * pose.t, there = rotation * moved;
   auto by_sensor = result.derivative.rightCols<kSensor>();
+  auto by_rotation = by_sensor.leftCols<3>();
+  by_sensor.setZero();
   if (!motion.two_cameras) {
     // Half the row rotation belongs to either image, with opposite signs, to first order.
-    const Vector3d half_rotation = -0.5 * motion.sensor;
+    const Vector3d half_rotation = -0.5 * motion.sensor.head<3>();
     moved += p.reference.row * half_rotation.cross(ray);
     const Vector3d rotated = rotation * moved;
     there = rotated + p.current.row * half_rotation.cross(rotated);
-    by_sensor = 0.5 * (p.reference.row * rotation * crossMatrix(ray) + p.current.row * crossMatrix(rotated));
+    by_rotation = 0.5 * (p.reference.row * rotation * crossMatrix(ray) + p.current.row * crossMatrix(rotated));
   }
   if (!(there.z() > kNearestShare)) return result;
   const double s = 1 / there.z();
@@ -84,9 +90,8 @@ JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
 
   result.value = seen - p.current.value + by_point * (p.reference.value - p.estimate);
   if (!motion.two_cameras) {
-    by_sensor = (projection * by_sensor).eval();
+    by_rotation = (projection * by_rotation).eval();
   } else {
-    by_sensor.setZero();
     if (p.reference.has_depth) by_sensor = by_point.col(2) * disparityError(p.reference);
     if (p.current.has_depth) by_sensor.row(2) -= disparityError(p.current);
     result.value += by_sensor * motion.sensor;
@@ -110,7 +115,7 @@ JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
 class JointRefinement {
  public:
   /// Moves the estimates of the points. `sensor_sigma`: prior standard deviation of each unknown of the sensor.
-  JointRefinement(std::vector<JointPoint>& points, const JointMotion& start, const Vector3d& sensor_sigma)
+  JointRefinement(std::vector<JointPoint>& points, const JointMotion& start, const Vector4d& sensor_sigma)
       : points_(points),
         sensor_information_(sensor_sigma.cwiseAbs2().cwiseInverse()),
         motion_(start),
@@ -210,7 +215,7 @@ class JointRefinement {
   }
 
   std::vector<JointPoint>& points_;
-  Vector3d sensor_information_;  ///< on each unknown besides the pose
+  Vector4d sensor_information_;  ///< on each unknown besides the pose
   JointMotion motion_;
   std::vector<JointResidual> residuals_;
   std::vector<double> squares_;
@@ -238,7 +243,7 @@ void JointPoint::begin(const RelativePose& pose, double depth) {
   estimate = reference.value;
 }
 
-bool refineJointly(std::vector<JointPoint>& points, const JointMotion& start, const Vector3d& sensor_sigma, bool close,
+bool refineJointly(std::vector<JointPoint>& points, const JointMotion& start, const Vector4d& sensor_sigma, bool close,
                    RelativePose& pose) {
   return JointRefinement(points, start, sensor_sigma).run(pose, close ? kCloseStart : 0);
 }

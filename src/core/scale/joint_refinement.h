@@ -36,17 +36,17 @@ struct JointMotion {
   RelativePose pose;  ///< of the middle rows
   bool two_cameras;
   /// Two cameras: what calibration leaves of the inverse depths, to be added to each measured one: 1/m, and its growth
-  /// with x (focal lengths that differ) and y (a camera rolled against the other).
-  /// A depth camera: rotation vector, current minus reference, from the top row to the bottom. If the rotation during
-  /// the readout of a rolling shutter differs between the images, the difference grows with the row; without it in the
-  /// model it would be taken for translation.
-  Eigen::Vector3d sensor = Eigen::Vector3d::Zero();
+  /// with x (focal lengths that differ), y (a camera rolled against the other) and x^2 (yawed against it).
+  /// A depth camera, the first three: rotation vector, current minus reference, from the top row to the bottom. If the
+  /// rotation during the readout of a rolling shutter differs between the images, the difference grows with the row;
+  /// without it in the model it would be taken for translation.
+  Eigen::Vector4d sensor = Eigen::Vector4d::Zero();
 };
 
 /// The pose of `motion` moved to the least cost, with its covariance, which includes the uncertainty of `sensor`. Moves
 /// the estimates of the points. `sensor_sigma`: prior standard deviation of each unknown of the sensor. `close`: the
 /// start is known to a deviation or two. False where there is no solution; `pose` stays as it is then.
-bool refineJointly(std::vector<JointPoint>& points, const JointMotion& start, const Eigen::Vector3d& sensor_sigma,
+bool refineJointly(std::vector<JointPoint>& points, const JointMotion& start, const Eigen::Vector4d& sensor_sigma,
                    bool close, RelativePose& pose);
 
 }  // namespace gms_ransac

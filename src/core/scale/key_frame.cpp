@@ -36,7 +36,7 @@ RelativePose fused(const RelativePose& a, const RelativePose& b) {
 }  // namespace
 
 void KeyFrame::locate(const DepthPair& pair, const PairReader& reader, const PairPoints& of_pair,
-                      const Eigen::Vector3d& sensor_sigma, const RelativePose& pose) {
+                      const Eigen::Vector4d& sensor_sigma, const RelativePose& pose) {
   const RelativePose chain = chained(reference, pose);
   std::vector<JointPoint> still_seen = stillSeen(pair, reader, of_pair, chain);
   const auto count = static_cast<double>(still_seen.size());

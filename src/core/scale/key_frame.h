@@ -30,7 +30,7 @@ struct KeyFrame {
   /// Sets `current` by the motion of a pair, `pose`, and by the points that are still followed, with the pair's prior
   /// of the sensor. If these are few, the reference of the pair becomes the key frame.
   void locate(const DepthPair& pair, const PairReader& reader, const PairPoints& of_pair,
-              const Eigen::Vector3d& sensor_sigma, const RelativePose& pose);
+              const Eigen::Vector4d& sensor_sigma, const RelativePose& pose);
   /// The current image is the reference of the next pair.
   void advance() { reference = current; }
 

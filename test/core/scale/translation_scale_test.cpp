@@ -354,15 +354,20 @@ TEST(PoseFromDepth, IsNotMisledByARollingShutter) {
   EXPECT_LT(rotationVector(pose.R.transpose() * truth.R).norm(), 1e-3);
 }
 
-TEST(PoseFromDepth, TellsADisparityOffsetFromTheLength) {
+/// Error of the translation, metres of one, by two cameras whose disparities are too small by so many pixels at x, y.
+template <typename Error>
+double translationError(const Error& too_small) {
   const ExactPair exact({0.1, 0.05, 1});
-  constexpr double kBaseline = 0.5, kOffset = 0.8;  // metres; pixels by which each disparity is too small
+  constexpr double kBaseline = 0.5;  // metres
   const double scale = kBaseline * exact.camera.meanFocalLength();
   const Triangulation points = exact.triangulated();
   std::vector<float> depth_reference, depth_current;
   for (int i = 0; i < points.size(); ++i) {
-    depth_reference.push_back(static_cast<float>(scale / (scale / points.depth_reference[i] - kOffset)));
-    depth_current.push_back(static_cast<float>(scale / (scale / points.depth_current[i] - kOffset)));
+    const auto seen = [&](double depth, double x, double y) {
+      return static_cast<float>(scale / (scale / depth - too_small(x, y)));
+    };
+    depth_reference.push_back(seen(points.depth_reference[i], points.x_reference[i], points.y_reference[i]));
+    depth_current.push_back(seen(points.depth_current[i], points.x_current[i], points.y_current[i]));
   }
   RelativePose pose;
   const ScaleEstimate estimate = poseFromKeypointDepth({points,
@@ -376,8 +381,14 @@ TEST(PoseFromDepth, TellsADisparityOffsetFromTheLength) {
                                                         {}},
                                                        pose);
   EXPECT_EQ(estimate.features, points.size());
-  EXPECT_NEAR(estimate.length, 1, 0.01);
-  EXPECT_LT((pose.t - exact.result.robust.judgement.pose.t).norm(), 0.01);
+  return (pose.t - exact.result.robust.judgement.pose.t).norm();
+}
+
+TEST(PoseFromDepth, TellsTheErrorOfTheDisparitiesFromTheLength) {
+  EXPECT_LT(translationError([](double, double) { return 0.8; }), 1e-4);
+  EXPECT_LT(translationError([](double x, double y) { return 0.3 + 0.5 * x - 0.2 * y; }), 1e-4);
+  // The right camera is yawed: 1e-3 without that in the model.
+  EXPECT_LT(translationError([](double x, double) { return 0.15 - 2 * x * x; }), 1e-4);
 }
 
 TEST(PoseFromDepth, MatchesWithoutDepthTakePart) {
