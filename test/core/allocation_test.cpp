@@ -72,7 +72,7 @@ TEST(Allocation, IsNoneByOtherMethodsOnceWarm) {
 INSTANTIATE_TEST_SUITE_P(Threads, PerFrameAllocation,
                          testing::Combine(testing::Values(1, 2, 4),
                                           testing::Values(SearchMode::kFull, SearchMode::kGuided),
-                                          testing::Values(0, 0.02)));
+                                          testing::Values(0, 0.005)));
 
 }  // namespace
 }  // namespace gms_ransac
