@@ -196,7 +196,7 @@ GROUPS = [
         Row("pyramid_levels", 8, "Levels of the image pyramid", range=(1, 16), field="core.extractor.pyramid_levels"),
         Row("pyramid_scale", 1.2, "Scale between pyramid levels", range=(1.01, 2.0), field="core.extractor.pyramid_scale"),
         Row("one_to_one", True, "Keep the likeliest of the matches that share a current point; false: all, as in the papers"),
-        Row("align", True, "Align points with the image, to a tenth of a pixel; false: as in the papers"),
+        Row("align_points", True, "Align points with the image, to a tenth of a pixel; false: as in the papers"),
         Row("gms_grid_columns", 0, "Cells across the image; 0: the method's own (20; lo_prosac: square cells)",
             range=(2, 100), open=True, field="core.motion_statistics.grid_columns"),
         Row("gms_grid_rows", 0, "Cells down the image; 0: the method's own (20; lo_prosac: square cells)", range=(2, 100),

@@ -91,7 +91,8 @@ def complaints(root):
         [["common"], ["support"], ["camera"], ["features"], ["matching"], ["gms"], ["two_view"], ["ransac"],
          ["judgement", "scale", "tracks"], ["methods"], ["past", "parameters"], ["match_filter"]],
         {name: "match_filter" for name in
-         ("match_filter.cpp", "match_filter_hooks.h", "match_result.cpp", "status_text.cpp", "survivors.cpp", "survivors.h")},
+         ("alignment.cpp", "alignment.h", "match_filter.cpp", "match_filter_hooks.h", "match_result.cpp", "status_text.cpp",
+          "survivors.cpp", "survivors.h")},
         root / "include/gms_ransac")
     ros = House(root / "src/ros", [["common"], ["priors"], ["input"], ["stream"], ["output"], ["node"]], {})
     evaluation, python = House(root / "src/evaluation", [], {}), House(root / "src/python", [], {})

@@ -29,7 +29,7 @@ struct MatchFilterOptions {
   bool one_to_one = true;
   /// Move some points of every part of the current image to where it shows what the reference shows, to a tenth of a
   /// pixel. Needs images; those of the caller's features have none.
-  bool align = true;
+  bool align_points = true;
   bool lan_mutual = true;  ///< lan: match in both directions; false: feed it the same matches as the other methods
   /// lan: threshold factor of the final check; not set: the first times the square root of the share kept.
   std::optional<double> lan_second_threshold_factor;

@@ -12,7 +12,7 @@ namespace {
 /// (doc/measured/constants.md).
 constexpr int kMostAligned = 300;
 /// Where the view hardly changes a shift alone is more precise; what changes its shape must look alike afterwards.
-constexpr PatchSearch kOfPair = {kAlignReach, 0.93F, 0.95F};
+constexpr PatchSearch kOfPair = {kAlignReach, 0.93F, 0.99F};
 
 Eigen::Vector2f vectorOf(const cv::Point2f& point) { return {point.x, point.y}; }
 

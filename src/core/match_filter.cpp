@@ -243,7 +243,7 @@ void MatchFilter::Stages::filter(const FramePair& pair, MatchResult& result) {
 
 void MatchFilter::Stages::align(const FramePair& pair, MatchResult& result) {
   const StageTimer timer(clock, result.times.gms);
-  if (options.align) alignment.align(pair.reference, pair.current, camera, result);
+  if (options.align_points) alignment.align(pair.reference, pair.current, camera, result);
 }
 
 void MatchFilter::Stages::estimate(const FramePair& pair, MatchResult& result) {
@@ -275,7 +275,7 @@ MatchFilterOptions MatchFilterOptions::paper() {
   options.method = "cp_ransac";
   options.extractor.extractor = "opencv";
   options.search = SearchMode::kFull;
-  options.one_to_one = options.align = false;
+  options.one_to_one = options.align_points = false;
   options.robust.sort_key = SortKey::kScore;
   options.robust.first_group_fraction = 0.5;
   options.robust.refine = options.robust.judge = false;

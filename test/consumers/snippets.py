@@ -20,7 +20,7 @@ gms_ransac::MatchFilter filter;
 std::vector<cv::KeyPoint> keypoints;
 cv::Mat descriptors;
 int used = 0;
-void use(const cv::KeyPoint&) { ++used; }
+void use(const cv::Point2f&) { ++used; }
 %(given)s
 %(functions)s
 int main() {

@@ -86,7 +86,7 @@ TEST(Alignment, TakesSomeOfEveryPartOfTheView) {
 
 TEST(Alignment, IsSwitchedOffAndNeedsImages) {
   MatchFilterOptions options = homographies();
-  options.align = false;
+  options.align_points = false;
   MatchFilter off(options), on(homographies());
   for (const double place : {0., 2.3}) off.process(blobsSeenFrom({place, 0}));
   const MatchResult& plain = off.process(blobsSeenFrom({4.6, 0}));

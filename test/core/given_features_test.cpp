@@ -89,7 +89,7 @@ TEST(GivenFeatures, OfOrbAnswerAsTheImagesDo) {
   cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
   cv::resize(noise, texture, cv::Size(), 5, 5, cv::INTER_NEAREST);
   MatchFilterOptions options;
-  options.align = false;  // features alone have no pixels
+  options.align_points = false;  // features alone have no pixels
   MatchFilter of_images(options), of_features(options);
   for (const int shift : {0, 7, 16}) {
     const cv::Mat image = texture(cv::Rect(shift, 0, 640, 480)).clone();

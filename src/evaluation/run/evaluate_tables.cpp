@@ -49,7 +49,7 @@ bool parse(const Arguments& arguments, TablesPlan& plan) {
   std::string shard = "1/1", presets, ratios;
   line.base.extractor.extractor = "opencv";  // what the paper used
   line.base.one_to_one = false;              // likewise
-  line.base.align = false;                   // likewise
+  line.base.align_points = false;            // likewise
   line.base.search = SearchMode::kFull;      // likewise
   plan.folder.addTo(line.options);
   auto add = line.options.add_options();

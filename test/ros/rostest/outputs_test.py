@@ -73,7 +73,9 @@ class Outputs(unittest.TestCase):
             places = [{i: (u, v) for i, u, v in zip(message.track_id, message.u, message.v) if i} for message in (before, image)]
             points = [{i: tuple(p) for i, p in zip(pair.track_id, np.reshape(column, (-1, 2))) if i}
                       for column in (pair.reference_points, pair.current_points)]
-            self.assertEqual(places[1], points[1])
+            # Points of the current image are its keypoints, or aligned with the reference image within three pixels.
+            self.assertEqual(places[1].keys(), points[1].keys())
+            self.assertLess(max(np.hypot(*np.subtract(places[1][i], at)) for i, at in points[1].items()), 4.5)
             followed = {i: at for i, at in places[0].items() if i in points[0]}
             self.assertEqual(followed, {i: points[0][i] for i in followed})
             self.assertTrue(len(followed) > 100 or before is images[0])
