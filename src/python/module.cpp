@@ -91,6 +91,7 @@ struct Pair {
   Triangulation triangulate(double minimum_parallax) const {
     MatchResult result;
     for (const MatchIndices& match : matches) result.matches.push_back({match.reference, match.current, 0, 0});
+    result.current_pixel = current_points;
     for (const MatchStage each : stage) result.inlier.push_back(each == MatchStage::kInlier);
     RelativePose& pose = result.robust.judgement.pose;
     pose.R = current_in_reference.topLeftCorner<3, 3>();

@@ -52,6 +52,9 @@ MatchResult estimated(const FuzzedPair& pair, Method& method) {
   result.keypoints_current = pair.current.features.size();
   result.raw = result.matches = pair.matches;
   result.pairs = pair.columns(1);
+  for (const Match& match : result.matches) {
+    result.current_pixel.push_back(pair.current.features.keypoints[static_cast<size_t>(match.current)].pt);
+  }
   result.confidence.assign(pair.matches.size(), 1);
   method.estimate(result.pairs, pair.camera, result.robust);
   result.inlier = result.robust.inlier;
