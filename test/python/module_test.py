@@ -254,7 +254,10 @@ class Module(unittest.TestCase):
                      "reference_sigma", "current_sigma", "current_points"):
             self.assertEqual(len(getattr(pair, name)), n, name)
         np.testing.assert_array_equal(pair.reference_points, pair.reference.keypoints[pair.matches[:, 0], :2])
-        np.testing.assert_array_equal(pair.current_points, pair.current.keypoints[pair.matches[:, 1], :2])
+        # Keypoints, or aligned within three pixels of them.
+        moved = np.abs(pair.current_points - pair.current.keypoints[pair.matches[:, 1], :2]).max(axis=1)
+        self.assertLess(moved.max(), 4.5)
+        self.assertTrue(0 < np.count_nonzero(moved) < len(moved))
         self.assertEqual(pair.raw.shape, (pair.matches_raw, 2))
         self.assertTrue(set(map(tuple, pair.matches)) < set(map(tuple, pair.raw)))
         # Tracks go on from pair to pair: one id is one keypoint of the image between.
