@@ -146,7 +146,6 @@ struct Pair {
     track_id.resize(result.matches.size());
     track_length.resize(result.matches.size());
     const SigmaByOctave sigma(robust.judgement, current->scale_factor);
-    const auto aligned_sigma = static_cast<float>(robust.judgement.aligned_sigma_px);
     for (size_t row = 0; row < result.matches.size(); ++row) {
       const Match& match = result.matches[row];
       const cv::KeyPoint& p = reference->keypoints[static_cast<size_t>(match.reference)];
@@ -155,8 +154,8 @@ struct Pair {
       reference_points.push_back(p.pt);
       current_points.push_back(result.current_pixel[row]);
       const bool aligned = result.pairs.isAligned(row);
-      reference_sigma.push_back(aligned ? aligned_sigma : sigma[p.octave]);
-      current_sigma.push_back(aligned ? aligned_sigma : sigma[q.octave]);
+      reference_sigma.push_back(sigma.of(p.octave, aligned));
+      current_sigma.push_back(sigma.of(q.octave, aligned));
       distance.push_back(match.distance);
       stage.push_back(result.isInlier(row) ? MatchStage::kInlier : MatchStage::kGms);
     }

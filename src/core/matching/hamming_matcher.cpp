@@ -97,7 +97,7 @@ void DescriptorSet::resize(int n) {
   size_ = n;
   other_.release();
   is_packed_ = false;
-  const size_t bytes = (static_cast<size_t>(n) + kRowsReadPast) * kDescriptorBytes;
+  const size_t bytes = static_cast<size_t>(n) * kDescriptorBytes;
   if (rows_.size() < bytes) rows_.resize(bytes);
 }
 

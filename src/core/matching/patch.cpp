@@ -1,7 +1,5 @@
 #include "matching/patch.h"
 
-#include <algorithm>
-
 #include <Eigen/LU>
 
 namespace gms_ransac {
@@ -13,6 +11,16 @@ constexpr float kLeastContrast = 3;
 // Steps of a shift alone bring the guess near, then the shape may change.
 constexpr int kShiftSteps = 6, kAffineSteps = 8;
 constexpr float kNearStep = 0.5F, kLastStep = 0.1F;  // pixels; what follows is a tenth of it
+
+/// 1 at each pixel of a patch.
+constexpr PatchNumbers makeOnes() {
+  PatchNumbers ones = {};
+  for (int y = 0; y < kPatchSide; ++y) {
+    for (int x = 0; x < kPatchSide; ++x) ones.at[y][x] = 1;
+  }
+  return ones;
+}
+constexpr PatchNumbers kOnes = makeOnes();
 
 /// Pixels of the right and lower border that are left out, so that rounding keeps a patch inside.
 constexpr float kRim = 0.01F;
@@ -57,9 +65,7 @@ bool Patch::cut(const cv::Mat& image, const Eigen::Vector2f& centre) {
   for (PatchNumbers* gradient : {&gradient_x_, &gradient_y_}) {
     Eigen::Map<Eigen::Array<float, kPatchSide * kPatchLanes, 1>>(gradient->at[0]) /= 2 * length;
   }
-  PatchNumbers ones = {};
-  for (auto& row : ones.at) std::fill(row, row + kPatchSide, 1.F);
-  const Eigen::Vector2f sum = projectToShift(ones), x = projectToShift(gradient_x_), y = projectToShift(gradient_y_);
+  const Eigen::Vector2f sum = projectToShift(kOnes), x = projectToShift(gradient_x_), y = projectToShift(gradient_y_);
   gain_ = projectToShift(intensity_);
   Eigen::Matrix2f normal;
   normal << x, y;
@@ -70,8 +76,6 @@ bool Patch::cut(const cv::Mat& image, const Eigen::Vector2f& centre) {
 }
 
 Patch::Affine Patch::affine() const {
-  PatchNumbers ones = {};
-  for (auto& row : ones.at) std::fill(row, row + kPatchSide, 1.F);
   const PatchMoments xx = kernels_->moments(gradient_x_, gradient_x_), xy = kernels_->moments(gradient_x_, gradient_y_),
                      yy = kernels_->moments(gradient_y_, gradient_y_);
   Matrix6f normal;
@@ -81,7 +85,7 @@ Patch::Affine Patch::affine() const {
       xx.y, xy.y, xx.xy, xx.yy, xy.xy, xy.yy,        //
       xy.x, yy.x, xy.xx, xy.xy, yy.xx, yy.xy,        //
       xy.y, yy.y, xy.xy, xy.yy, yy.xy, yy.yy;
-  const Vector6f sum = project(ones);
+  const Vector6f sum = project(kOnes);
   Affine affine;
   affine.gain = project(intensity_);
   normal -= sum * sum.transpose() / (kPatchSide * kPatchSide) + affine.gain * affine.gain.transpose();

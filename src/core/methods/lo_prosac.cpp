@@ -119,11 +119,6 @@ class LoProsac : public RansacMethod {
     return pose;
   }
 
-  void weighAligned(const PoseModel& model, const TwoViewPose& pose) {
-    model.residuals(pose, residuals_);
-    points_.weighAligned(residuals_);
-  }
-
   bool leavesMuch(const PoseModel& plain, const TwoViewPose& pose) const {
     HypothesisScore score;
     plain.score(points_.view(), pose, std::numeric_limits<float>::max(), score);
@@ -140,7 +135,6 @@ class LoProsac : public RansacMethod {
   Optima optima_;
   PoseJudge judge_;
   std::vector<TwoViewPose> starts_;
-  std::vector<float> residuals_;
 };
 
 }  // namespace

@@ -81,8 +81,7 @@ std::optional<Hypothesis> RansacMethod::motionOfPrior(const PairTask& pair) {
 
 void RansacMethod::recoverPose(const PairTask& pair, const TwoViewModel& model, const Hypothesis& best, bool refine) {
   const auto& [pairs, camera, result] = pair;
-  model.residuals(best, storage_.residuals);
-  points_.weighAligned(storage_.residuals);
+  weighAligned(model, best);
   const RecoveredPose recovered = pose_recovery_.recover(pairs, camera, points_, result, refine);
   if (recovered.judgement == nullptr) return weighMatches(model, best, result);
   if (recovered.model) setModel(pair, *recovered.model);

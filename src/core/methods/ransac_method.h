@@ -53,6 +53,12 @@ class RansacMethod : public Method {
   /// True if the search ended so late that refinement must be short; noted in the effort.
   bool hurried(Effort& effort) const;
 
+  /// Weighs the aligned points by what a motion or a hypothesis of the model leaves of them.
+  template <class Model, class Answer>
+  void weighAligned(const Model& model, const Answer& answer) {
+    model.residuals(answer, storage_.residuals);
+    points_.weighAligned(storage_.residuals);
+  }
   /// Sets model and inliers from a matrix in working coordinates; false, and no model, if they are too few. `ordered`:
   /// support among the first ranks counts, too.
   bool accept(const PairTask& pair, const Eigen::Matrix3d& matrix, bool ordered = false);

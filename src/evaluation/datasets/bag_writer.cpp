@@ -55,24 +55,34 @@ void writing(const std::string& path, const Call& call) {
 }  // namespace
 
 BagWriter::BagWriter(const std::string& path, BagLayout layout, const CameraIntrinsics& intrinsics)
-    : path_(path), active_(path + ".active"), layout_(layout), intrinsics_(intrinsics) {
+    : bag_(std::make_unique<rosbag::Bag>()),
+      path_(path),
+      active_(path + ".active"),
+      layout_(layout),
+      intrinsics_(intrinsics) {
   try {
-    bag_.open(active_, rosbag::bagmode::Write);
+    bag_->open(active_, rosbag::bagmode::Write);
   } catch (const rosbag::BagException& error) {
     throw std::runtime_error(path + ": cannot be written (" + error.what() + ")");
   }
 }
 
 BagWriter::~BagWriter() {
-  std::error_code none;  // after close() there is no such file
-  // The bag closes itself, and ends the program if that fails: on a full disk this makes the room for it.
-  std::filesystem::resize_file(active_, 0, none);
+  std::error_code none;                            // after close() there is no such file
+  std::filesystem::resize_file(active_, 0, none);  // on a full disk this makes the room that closing takes
   std::filesystem::remove(active_, none);
+  try {
+    bag_->close();
+  } catch (const rosbag::BagException&) {
+    // A bag that cannot be closed ends the program when it closes itself, so it is never destroyed.
+    [[maybe_unused]] static rosbag::Bag* unclosed = nullptr;
+    unclosed = bag_.release();
+  }
 }
 
 template <typename Message>
 void BagWriter::write(const std::string& topic, const std_msgs::Header& header, const Message& message) {
-  writing(path_, [&] { bag_.write(topic, header.stamp, message); });
+  writing(path_, [&] { bag_->write(topic, header.stamp, message); });
 }
 
 void BagWriter::writeCameraInfo(const std::string& topic, double stamp, const std::string& frame, cv::Size size,
@@ -134,8 +144,16 @@ void BagWriter::writeGroundTruth(double stamp, const Eigen::Isometry3d& camera_p
   write("/tf", message.transforms.front().header, message);
 }
 
+void BagWriter::writeImu(const sensor_msgs::Imu& sample) { write("/imu", sample.header, sample); }
+
+void BagWriter::writeSensorPlace(double stamp, const std::string& frame, const Eigen::Isometry3d& place) {
+  tf2_msgs::TFMessage message;
+  message.transforms = {transform(stamp, kOpenNiFrame, frame, place)};
+  write("/tf", message.transforms.front().header, message);
+}
+
 void BagWriter::close() {
-  writing(path_, [&] { bag_.close(); });
+  writing(path_, [&] { bag_->close(); });
   std::filesystem::rename(active_, path_);
 }
 

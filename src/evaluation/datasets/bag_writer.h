@@ -1,9 +1,11 @@
 // Writes images, depth and ground truth as a bag with the layout of the official TUM bags or of kitti2bag.
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include <rosbag/bag.h>
+#include <sensor_msgs/Imu.h>
 #include <std_msgs/Header.h>
 #include <Eigen/Geometry>
 #include <opencv2/core/mat.hpp>
@@ -43,6 +45,10 @@ class BagWriter {
   void writeDepth(double stamp, const cv::Mat& depth);
   /// X_world = camera_pose * X_camera, optical frame of the colour camera.
   void writeGroundTruth(double stamp, const Eigen::Isometry3d& camera_pose);
+  /// A sample of an IMU, to /imu.
+  void writeImu(const sensor_msgs::Imu& sample);
+  /// The place of another sensor on the colour camera, X_camera = place * X_sensor, to /tf; layout kTum alone.
+  void writeSensorPlace(double stamp, const std::string& frame, const Eigen::Isometry3d& place);
   /// Finishes the file and gives it its name; an earlier file of that name is replaced.
   void close();
 
@@ -56,7 +62,7 @@ class BagWriter {
   template <typename Message>
   void write(const std::string& topic, const std_msgs::Header& header, const Message& message);
 
-  rosbag::Bag bag_;
+  std::unique_ptr<rosbag::Bag> bag_;
   const std::string path_, active_;
   BagLayout layout_;
   CameraIntrinsics intrinsics_;

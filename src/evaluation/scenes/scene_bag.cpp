@@ -1,11 +1,5 @@
-#include <filesystem>
-#include <stdexcept>
-
-#include <rosbag/bag.h>
-#include <rosbag/exceptions.h>
 #include <sensor_msgs/Imu.h>
 #include <tf2_eigen/tf2_eigen.h>
-#include <tf2_msgs/TFMessage.h>
 
 #include "datasets/bag_writer.h"
 #include "scenes/scene_writer.h"
@@ -14,9 +8,7 @@ namespace gms_ransac {
 
 namespace {
 
-namespace fs = std::filesystem;
-
-const char kCameraFrame[] = "/openni_rgb_optical_frame", kImuFrame[] = "/imu";  // of BagLayout::kTum
+const char kImuFrame[] = "/imu";  // leading slash: as in BagLayout::kTum
 
 geometry_msgs::Vector3 toMessage(const Eigen::Vector3d& v) {
   geometry_msgs::Vector3 message;
@@ -42,39 +34,13 @@ sensor_msgs::Imu toMessage(const ImuSample& sample, const ImuOptions& imu) {
   return message;
 }
 
-/// /imu, and in /tf at each image where it is on the camera.
-void writeImu(const Scene& scene, int frames, rosbag::Bag& bag) {
+/// The samples, and at each image the place of the IMU on the camera.
+void writeImu(const Scene& scene, int frames, BagWriter& bag) {
   const SceneOptions& options = scene.options();
-  for (const ImuSample& sample : scene.imuSamples(frames)) {
-    const sensor_msgs::Imu message = toMessage(sample, options.imu);
-    bag.write("/imu", message.header.stamp, message);
-  }
+  for (const ImuSample& sample : scene.imuSamples(frames)) bag.writeImu(toMessage(sample, options.imu));
   const Eigen::Translation3d offset(options.offset, 0, 0);
-  for (int i = 0; i < frames; ++i) {
-    tf2_msgs::TFMessage message;
-    message.transforms = {tf2::eigenToTransform((options.imu.camera_in_imu * offset).inverse())};
-    message.transforms[0].header.stamp = ros::Time(scene.stamp(i));
-    message.transforms[0].header.frame_id = kCameraFrame;
-    message.transforms[0].child_frame_id = kImuFrame;
-    bag.write("/tf", message.transforms[0].header.stamp, message);
-  }
-}
-
-/// Adds the IMU to a bag, which is .active meanwhile and does not stay if that fails.
-void addImu(const Scene& scene, int frames, const std::string& path) {
-  const std::string active = path + ".active";
-  fs::rename(path, active);
-  // Never destroyed: a bag that cannot be written ends the program when it closes itself.
-  static rosbag::Bag* const bag = new rosbag::Bag;
-  try {
-    bag->open(active, rosbag::bagmode::Append);
-    writeImu(scene, frames, *bag);
-    bag->close();
-  } catch (const rosbag::BagException&) {
-    fs::remove(active);
-    throw std::runtime_error(path + ": writing failed; is the disk full?");
-  }
-  fs::rename(active, path);
+  const Eigen::Isometry3d imu_in_camera = (options.imu.camera_in_imu * offset).inverse();
+  for (int i = 0; i < frames; ++i) bag.writeSensorPlace(scene.stamp(i), kImuFrame, imu_in_camera);
 }
 
 }  // namespace
@@ -88,8 +54,8 @@ void writeBag(const Scene& scene, int frames, const std::string& path, const std
     bag.writeDepth(frame.stamp, frame.depth);
     written();
   }
+  if (scene.options().imu.rate > 0) writeImu(scene, frames, bag);
   bag.close();
-  if (scene.options().imu.rate > 0) addImu(scene, frames, path);
 }
 
 }  // namespace gms_ransac

@@ -59,7 +59,6 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
                  &current_features = current.frame.features;
   const SigmaByOctave reference_sigma(result.robust.judgement, reference_features.scale_factor),
       current_sigma(result.robust.judgement, current_features.scale_factor);
-  const auto aligned_sigma = static_cast<float>(result.robust.judgement.aligned_sigma_px);
   size_t entry = 0;
   result.forEachRaw([&](const Match& match, MatchStage stage, size_t row) {
     if (!with_rejected && stage != MatchStage::kInlier) return;
@@ -78,8 +77,8 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
     message.track_length[entry] = kept ? processed.pair->track_lengths[row] : 0;
     message.probability[entry] = kept ? result.probability(row) : 0;
     const bool aligned = kept && result.pairs.isAligned(row);
-    message.reference_sigma[entry] = aligned ? aligned_sigma : reference_sigma[from.octave];
-    message.current_sigma[entry++] = aligned ? aligned_sigma : current_sigma[to.octave];
+    message.reference_sigma[entry] = reference_sigma.of(from.octave, aligned);
+    message.current_sigma[entry++] = current_sigma.of(to.octave, aligned);
   });
   const RelativePose* pose = processed.posePublished();
   message.pose_valid = pose != nullptr;
