@@ -100,7 +100,7 @@ GROUPS = [
             "same fields", unit="a message type"),
         Row("diagnostic_period", 1.0, "Seconds between messages on /diagnostics", range=(0.001, 86400.0), unit="seconds"),
         Row("publish_uncertain", False, "Publish the likeliest motion also under MOTION_UNKNOWN, in ~correspondences and "
-            "~relative_pose alone; its translation has length 1, and pose_probability says how likely it is"),
+            "~relative_pose alone, with a translation of length 1. Weigh it by pose_probability"),
     ]),
     Group("matching", "features and matching", live=True, at="core", parameters=[
         Row("features", 2000, "Keypoints per image", range=(1, 100000), field="core.extractor.features"),

@@ -10,7 +10,7 @@ from report.plots import grid_of, save
 
 BINS = 10  # of equal width
 PROBABILITIES = ("pose", "rotation")
-# Degrees within which a motion is right. Of real sets the direction is known less well than of drawn and rendered ones.
+# Degrees within which a motion is right. The truth of real sets is less exact than that of drawn and rendered ones.
 ROTATION_LIMIT, DIRECTION_LIMIT = {True: 3, False: 1}, 20  # by whether the pair is real
 
 

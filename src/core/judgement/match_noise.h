@@ -42,7 +42,7 @@ class MatchNoise {
   /// Returns false if the parallax of a match is far likelier for a wrong match, even if it lies on its epipolar line.
   /// One such match can outweigh hundreds of others in the direction of translation.
   bool plausible(int slot) const { return odds_[static_cast<size_t>(slot)] < kMostOdds; }
-  /// A loss that turns at two deviations of the noise. Its optimum is nearly that of least squares.
+  /// A loss with a softness of two deviations of the noise. Its optimum is nearly that of least squares.
   Loss loss() const;
 
   /// The probability that each slot is right: its points are within three thresholds of each other's true places. A

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kHighestOctave = 31;  ///< beyond it the noise is the same
 
-/// Aligned points, and keypoints, that tell what the noise of either is.
+/// Aligned points, and keypoints, from which on their noise is measured.
 constexpr size_t kLeastOfClass = 20;
 constexpr double kLeastAlignedSigma = 0.1;  ///< of keypoints' sigma: what is finer is an error of the camera model's
 
@@ -104,7 +104,7 @@ void TwoViewPoints::set(const PointPairs& pairs, const Camera& camera, ModelType
     x2[slot] = valid ? transformed(to_working_current_, 0, xc, yc) : kInvalidCoordinate;
     y2[slot] = valid ? transformed(to_working_current_, 1, xc, yc) : -kInvalidCoordinate;
     aligned_[slot] = pairs.isAligned(row);
-    // What is aligned has no level; how much more precise it is than a keypoint of the finest one is seen later.
+    // An aligned point has no level. Until weighAligned() it counts as a keypoint of the finest one.
     const double scale =
         aligned_[slot] ? 1 : 0.5 * (variance[pairs.octave_reference[row]] + variance[pairs.octave_current[row]]);
     weight[slot] = static_cast<float>(1 / (threshold * threshold * scale));

@@ -55,7 +55,7 @@ void refuse(const po::variables_map& given, std::initializer_list<const char*> o
   }
 }
 
-/// What the options say of the trajectory and the IMU on its camera.
+/// Sets the trajectory and the IMU on its camera by the options.
 void setMotion(const po::variables_map& given, TrajectoryOptions trajectory, SceneOptions& scene) {
   if (given.count("camera-in-imu") > 0) {
     scene.imu.camera_in_imu = parseTransform(given["camera-in-imu"].as<std::string>(), "--camera-in-imu");

@@ -216,7 +216,7 @@ Scene::RayGrid Scene::makeRays(int samples) const {
 }
 
 int Scene::frameCount() const {
-  if (options_.trajectory) {  // a frame's time is left at both ends for a rolling shutter, an exposure and the IMU
+  if (options_.trajectory) {  // a rolling shutter, an exposure and the IMU need a frame's time at both ends
     constexpr double kRounding = 1e-6;
     const double seconds = options_.trajectory->end() - options_.trajectory->begin();
     return std::max(0, static_cast<int>(std::floor(seconds * options_.rate + kRounding)) - 1);

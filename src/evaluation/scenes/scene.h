@@ -71,7 +71,7 @@ class Scene {
   double stamp(int index) const { return kSceneStart + index / options_.rate; }
   /// Throws std::invalid_argument where the camera meets a surface before frame `frames`.
   void requireFreePath(int frames) const;
-  /// What the IMU measures from one frame before the first to one after the last; the same for both cameras of a stereo
+  /// Samples of the IMU from one frame before the first to one after the last; the same for both cameras of a stereo
   /// pair.
   std::vector<ImuSample> imuSamples(int frames) const;
 

@@ -45,7 +45,7 @@ std::vector<ImuSample> simulateImu(const std::function<Isometry3d(double)>& came
     const double x = rng.gaussian(sigma), y = rng.gaussian(sigma), z = rng.gaussian(sigma);
     return {x, y, z};
   };
-  const double root = std::sqrt(options.rate);  // turns densities into deviations of samples, and walks into steps
+  const double root = std::sqrt(options.rate);  // density times it: deviation of a sample; walk over it: a step
   Vector3d gyro_bias = Vector3d::Zero(), accelerometer_bias = Vector3d::Zero();
   std::vector<ImuSample> samples;
   for (int i = 0; from + i / options.rate <= to; ++i) {

@@ -78,7 +78,7 @@ Box furniture(cv::RNG& rng, const Vector3d& centre, double yaw, const Vector3d& 
   return {centre, yaw, size, styles[style], tints[tint]};
 }
 
-/// Whether a path stays so far from a box, metres.
+/// True if a path keeps the distance from a box, metres.
 bool isClear(const std::vector<Vector3d>& path, const Box& box, double distance) {
   const double radius = box.size.head<2>().norm() / 2 + distance, top = box.size.z() + distance;
   return std::none_of(path.begin(), path.end(),

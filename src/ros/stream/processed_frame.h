@@ -101,7 +101,7 @@ struct ProcessedFrame {
   bool place_restarted = false;           ///< the odometry frame is a new one, which begins with this image
 
   bool poseValid() const { return pair != nullptr && (status == MatchStats::OK || status == MatchStats::LOW_PARALLAX); }
-  /// Of ~correspondences and ~relative_pose; null: none.
+  /// The pose in ~correspondences and ~relative_pose; null: none.
   const RelativePose* posePublished() const { return poseValid() ? &pose : uncertain ? &*uncertain : nullptr; }
   /// The camera stands still, and nothing measured how little it moved.
   bool atRest() const { return pair != nullptr && pair->result.stationary && !metric_scale; }

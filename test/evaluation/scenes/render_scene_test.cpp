@@ -1,4 +1,4 @@
-// The program render_scene along a file of poses: the folder and the bag that it writes, and what it says of options.
+// The program render_scene along a file of poses: the folder and the bag that it writes, and options that it refuses.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>

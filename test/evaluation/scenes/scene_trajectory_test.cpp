@@ -204,7 +204,7 @@ double accelerationError(const Trajectory& curve, double from, double to) {
 }
 
 TEST(Trajectory, NoiseOfMotionCaptureIsNoAcceleration) {
-  // Second differences of the poses themselves are off by 12 m/s^2.
+  // Second differences of the poses themselves have an error of 12 m/s^2.
   EXPECT_LT(accelerationError(Trajectory(captured()), 0.5, 7.5), 1);
 }
 

@@ -18,7 +18,7 @@ namespace {
 
 namespace encodings = sensor_msgs::image_encodings;
 
-/// What the publisher of compressed_image_transport 1.14 makes of an image. `codec`: jpeg or png.
+/// The message that the publisher of compressed_image_transport 1.14 makes of an image. `codec`: jpeg or png.
 sensor_msgs::CompressedImage publishedAs(const std::string& codec, const sensor_msgs::Image& image) {
   std::string target;
   if (encodings::isColor(image.encoding)) {

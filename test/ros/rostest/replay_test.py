@@ -212,7 +212,7 @@ class Replay(unittest.TestCase):
         self.assertEqual(stats[-1].frames_received, count)
         statuses = [s.status for s in stats]
         self.assertEqual(statuses[0], MatchStats.FIRST_FRAME)
-        # Where the walk turns back, a direction may be held open for a pair.
+        # Where the walk reverses, a pair may have no direction.
         self.assertLessEqual(set(statuses[1:]), {MatchStats.OK, MatchStats.LOW_PARALLAX})
         self.assertGreater(statuses.count(MatchStats.OK), 0.75 * count)
 
