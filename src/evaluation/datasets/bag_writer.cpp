@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <limits>
 #include <stdexcept>
+#include <vector>
 
 #include <cv_bridge/cv_bridge.h>
 #include <rosbag/exceptions.h>
@@ -75,8 +76,8 @@ BagWriter::~BagWriter() {
     bag_->close();
   } catch (const rosbag::BagException&) {
     // A bag that cannot be closed ends the program when it closes itself, so it is never destroyed.
-    [[maybe_unused]] static rosbag::Bag* unclosed = nullptr;
-    unclosed = bag_.release();
+    static auto& unclosed = *new std::vector<rosbag::Bag*>;
+    unclosed.push_back(bag_.release());
   }
 }
 
