@@ -11,8 +11,6 @@ namespace {
 /// Matches that are aligned, at most: all gain a point of AUC5 and take three times the time
 /// (doc/measured/constants.md).
 constexpr int kMostAligned = 300;
-/// Where the view hardly changes a shift alone is more precise; what changes its shape must look alike afterwards.
-constexpr PatchSearch kOfPair = {kAlignReach, 0.93F, 0.99F};
 
 Eigen::Vector2f vectorOf(const cv::Point2f& point) { return {point.x, point.y}; }
 
@@ -27,7 +25,7 @@ void Alignment::align(const Frame& reference, const Frame& current, const Camera
     const auto row = static_cast<size_t>(chosen);
     const cv::Point2f& keypoint = reference.features.keypoints[static_cast<size_t>(result.matches[row].reference)].pt;
     const PointToAlign point = pointToAlign(keypoint, result.current_pixel[row], 1);
-    const auto found = gms_ransac::align(reference.image, current.image, point, kOfPair, simd_);
+    const auto found = gms_ransac::align(reference.image, current.image, point, kInNextImage, simd_);
     if (!found) continue;
     const Eigen::Vector2f from_centre = vectorOf(keypoint) - vectorOf(point.pixel);
     const Eigen::Vector2f place = found->centre + found->shape * from_centre;

@@ -1,5 +1,5 @@
 // Moves points of the current image to where it shows what the reference image shows around their keypoints, to a tenth
-// of a pixel: keypoints lie on whole pixels of their pyramid level.
+// of a pixel: keypoints are a few tenths of a pixel of their pyramid level off.
 #pragma once
 
 #include <vector>

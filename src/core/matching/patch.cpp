@@ -1,5 +1,7 @@
 #include "matching/patch.h"
 
+#include <algorithm>
+
 #include <Eigen/LU>
 
 namespace gms_ransac {
@@ -11,6 +13,7 @@ constexpr float kLeastContrast = 3;
 // Steps of a shift alone bring the guess near, then the shape may change.
 constexpr int kShiftSteps = 6, kAffineSteps = 8;
 constexpr float kNearStep = 0.5F, kLastStep = 0.1F;  // pixels; what follows is a tenth of it
+constexpr float kRounding = 1e-6F;                   // of a correlation in single precision
 
 /// 1 at each pixel of a patch.
 constexpr PatchNumbers makeOnes() {
@@ -102,12 +105,21 @@ Patch::Vector6f Patch::project(const PatchNumbers& numbers) const {
   return (Vector6f() << x.one, y.one, x.x, x.y, y.x, y.y).finished();
 }
 
+float Patch::shapeGain(const Affine& shape, const PatchNumbers& seen, float alike) const {
+  constexpr float kPixels = kPatchSide * kPatchSide, kUnknowns = 6, kOfShape = 4, kOfLight = 2;
+  const Vector6f pull = project(seen) - shape.gain;
+  const Eigen::Vector2f of_shift = pull.head<2>();
+  const float both = pull.dot(shape.normal.solve(pull)), shift = of_shift.dot(shift_.solve(of_shift));
+  const float rest = std::max(1 - alike * alike - both, kRounding);
+  return (both - shift) / kOfShape / (rest / (kPixels - kUnknowns - kOfLight));
+}
+
 std::optional<PatchPlace> Patch::find(const cv::Mat& image, const PatchPlace& guess, const PatchSearch& search) const {
   PatchPlace place = guess;
   PatchNumbers seen;
   float alike = 0;
   std::optional<Affine> shape;  // once it may change
-  const float near = search.enough < PatchSearch::kNever ? kLastStep : kNearStep;
+  const float near = search.shape_gain > 0 ? kLastStep : kNearStep;
   for (int i = 0; i < kShiftSteps + kAffineSteps; ++i) {
     if (!sample(image, place, seen)) return std::nullopt;
     alike = kernels_->product(seen, intensity_);
@@ -125,10 +137,11 @@ std::optional<PatchPlace> Patch::find(const cv::Mat& image, const PatchPlace& gu
     place.shape = (place.shape * back).eval();
     if (!((place.centre - guess.centre).norm() <= search.reach)) return std::nullopt;
     const float length = step.head<2>().norm();
-    if (length < kLastStep && (shape || alike >= search.enough)) break;
+    if (shape && length < kLastStep) break;
     if (shape || (length >= near && i + 1 < kShiftSteps)) continue;
     shape = affine();
     if (shape->normal.info() != Eigen::Success) return std::nullopt;
+    if (search.shape_gain > 0 && shapeGain(*shape, seen, alike) < search.shape_gain) break;
   }
   return alike >= search.likeness ? std::optional(place) : std::nullopt;
 }

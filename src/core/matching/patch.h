@@ -21,12 +21,11 @@ struct PatchPlace {
 
 /// Where a patch is searched, and what is accepted.
 struct PatchSearch {
-  static constexpr float kNever = 2;
-
   float reach;            ///< pixels from the guess
   float likeness = 0.8F;  ///< least correlation with what is found; 0.7 to 0.85 make next to no difference for tracks
-  /// Correlation at which a shift alone is enough: a change of shape has four more unknowns, and costs precision.
-  float enough = kNever;
+  /// A shift alone is the answer unless a change of shape explains so many times what it would by chance (F statistic):
+  /// it has four more unknowns, and costs precision. 0: the shape always changes.
+  float shape_gain = 0;
 };
 
 /// Inverse compositional Gauss-Newton alignment (Baker & Matthews 2004) with the patch as first taken, so that errors
@@ -55,6 +54,8 @@ class Patch {
   /// Normalized; false if the place leaves the image or shows too little.
   bool sample(const cv::Mat& image, const PatchPlace& place, PatchNumbers& levels) const;
   Affine affine() const;
+  /// How many times more than chance a change of shape explains of what a shift leaves of `seen`, which is `alike`.
+  float shapeGain(const Affine& shape, const PatchNumbers& seen, float alike) const;
   /// Sums over the pixels of numbers times the derivatives by a shift, and by the entries of a change of shape.
   Eigen::Vector2f projectToShift(const PatchNumbers& numbers) const;
   Vector6f project(const PatchNumbers& numbers) const;

@@ -61,7 +61,7 @@ std::vector<JointPoint> KeyFrame::stillSeen(const DepthPair& pair, const PairRea
     if (!image.empty() && !pair.current_image.empty()) {
       PointToAlign place = {point->pixel, sighting.current};
       place.guess.shape *= point->shape;
-      const auto found = align(image, pair.current_image, place);
+      const auto found = align(image, pair.current_image, place, kInLaterImage);
       if (!found) continue;
       point->shape = found->shape;
       joint.current = reader.aligned(*found, reader.currentDepth(sighting.point));

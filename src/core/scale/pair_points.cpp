@@ -36,9 +36,15 @@ PairPoints PairReader::points() const {
     const cv::KeyPoint &r = pair_.reference.keypoints[match(point).reference],
                        &c = pair_.current.keypoints[match(point).current];
     const double zr = referenceDepth(point), zc = currentDepth(point);
-    PointToAlign place = pointToAlign(r.pt, c.pt, zr > 0 && zc > 0 ? static_cast<float>(zr / zc) : 1);
-    const auto found =
-        pair_.hasPixels() ? align(pair_.reference_image, pair_.current_image, place) : std::optional<PatchPlace>();
+    const auto row = static_cast<size_t>(pair_.points.row[point]);
+    PointToAlign place =
+        pointToAlign(r.pt, pair_.result.current_pixel[row], zr > 0 && zc > 0 ? static_cast<float>(zr / zc) : 1);
+    std::optional<PatchPlace> found;
+    if (pair_.hasPixels() && pair_.result.pairs.isAligned(row)) {
+      found = place.guess;
+    } else if (pair_.hasPixels()) {
+      found = align(pair_.reference_image, pair_.current_image, place, kInNextImage);
+    }
     JointPoint joint;
     joint.cell = spreadCell(c.pt, pair_.current.image_size);
     if (found) {

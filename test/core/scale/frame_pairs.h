@@ -11,8 +11,8 @@ namespace gms_ransac {
 /// Calls visit(i, reference, current, result, triangulation) for the images i and i + gap of the first `frames`.
 template <typename Source, typename Visit>
 void forEachPair(const Camera& camera, int frames, int gap, double minimum_parallax, const Source& image,
-                 const Visit& visit) {
-  MatchFilter filter;
+                 const Visit& visit, const MatchFilterOptions& options = {}) {
+  MatchFilter filter(options);
   filter.setCamera(camera);
   std::vector<Frame> extracted(static_cast<size_t>(frames));
   for (int i = 0; i < frames; ++i) filter.extract(image(i), extracted[i]);

@@ -272,23 +272,25 @@ TEST(PoseFromDepth, AlignedPointsHalveTheErrorOfTheRotation) {
   constexpr double kBaseline = 0.5;  // of two cameras without noise
   const Camera camera = cameraOf(renderedScene("street"));
   std::vector<double> by_keypoints, aligned;
-  forEachPair(
-      camera, 12, 1, kMinimumParallax, [](int i) { return renderedFrame(10 * (i / 2) + i % 2, "street").image; },
-      [&](int k, const Frame& a, const Frame& b, const MatchResult& result, const Triangulation& points) {
-        if (k % 2) return;
-        const RenderedFrame &reference = renderedFrame(5 * k, "street"), &current = renderedFrame(5 * k + 1, "street");
-        const RelativePose truth = trueRelativePose(renderedScene("street"), 5 * k, 5 * k + 1);
-        const std::vector<float> zr = keypointDepth(a.features, reference.depth);
-        const std::vector<float> zc = keypointDepth(b.features, current.depth);
-        const auto error = [&](const cv::Mat& image, const cv::Mat& next) {
-          RelativePose pose;
-          poseFromKeypointDepth({points, a.features, b.features, result, camera, zr, zc, kBaseline, {}, image, next},
-                                pose);
-          return rotationVector(truth.R * pose.R.transpose()).norm();
-        };
-        by_keypoints.push_back(error({}, {}));
-        aligned.push_back(error(reference.image, current.image));
-      });
+  for (const bool align : {false, true}) {
+    MatchFilterOptions options;
+    options.align_points = align;
+    const auto visit = [&](int k, const Frame& a, const Frame& b, const MatchResult& result,
+                           const Triangulation& points) {
+      if (k % 2) return;
+      const RenderedFrame &reference = renderedFrame(5 * k, "street"), &current = renderedFrame(5 * k + 1, "street");
+      const RelativePose truth = trueRelativePose(renderedScene("street"), 5 * k, 5 * k + 1);
+      const std::vector<float> zr = keypointDepth(a.features, reference.depth);
+      const std::vector<float> zc = keypointDepth(b.features, current.depth);
+      const cv::Mat image = align ? reference.image : cv::Mat(), next = align ? current.image : cv::Mat();
+      RelativePose pose;
+      poseFromKeypointDepth({points, a.features, b.features, result, camera, zr, zc, kBaseline, {}, image, next}, pose);
+      (align ? aligned : by_keypoints).push_back(rotationVector(truth.R * pose.R.transpose()).norm());
+    };
+    forEachPair(
+        camera, 12, 1, kMinimumParallax, [](int i) { return renderedFrame(10 * (i / 2) + i % 2, "street").image; },
+        visit, options);
+  }
   RecordProperty("by_keypoints", std::to_string(median(by_keypoints)));
   RecordProperty("aligned", std::to_string(median(aligned)));
   EXPECT_LT(median(aligned), 0.5 * median(by_keypoints));
