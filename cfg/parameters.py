@@ -193,8 +193,8 @@ GROUPS = [
     Group("experiments", "for experiments: every method", live=False, at="core", parameters=[
         Row("extractor", "simd_orb", "Feature extractor", field="core.extractor.extractor",
             choices={"opencv": "cv::ORB, used in the paper", "simd_orb": "the ORB of this package"}),
-        Row("pyramid_levels", 8, "Levels of the image pyramid", range=(1, 16), field="core.extractor.pyramid_levels"),
-        Row("pyramid_scale", 1.2, "Scale between pyramid levels", range=(1.01, 2.0), field="core.extractor.pyramid_scale"),
+        Row("pyramid_levels", 5, "Levels of the image pyramid (cv::ORB: 8)", range=(1, 16), field="core.extractor.pyramid_levels"),
+        Row("pyramid_scale", 1.41, "Scale between pyramid levels (cv::ORB: 1.2)", range=(1.01, 2.0), field="core.extractor.pyramid_scale"),
         Row("one_to_one", True, "Keep the likeliest of the matches that share a current point; false: all, as in the papers"),
         Row("align_points", True, "Align points with the image, to a tenth of a pixel; false: as in the papers"),
         Row("gms_grid_columns", 0, "Cells across the image; 0: the method's own (20; lo_prosac: square cells)",

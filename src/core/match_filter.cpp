@@ -274,6 +274,8 @@ MatchFilterOptions MatchFilterOptions::paper() {
   MatchFilterOptions options;
   options.method = "cp_ransac";
   options.extractor.extractor = "opencv";
+  options.extractor.pyramid_levels = 8;
+  options.extractor.pyramid_scale = 1.2;
   options.search = SearchMode::kFull;
   options.one_to_one = options.align_points = false;
   options.robust.sort_key = SortKey::kScore;

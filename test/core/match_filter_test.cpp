@@ -139,9 +139,9 @@ TEST(MatchFilter, TheNewestSeedIsThatOfEveryStage) {
     MatchResult expected, result, other;
     filter.filter(reference, current, other);
     filter.reset();
-    MatchFilterHooks::setSeed(filter, 7);
+    MatchFilterHooks::setSeed(filter, 11);
     filter.filter(reference, current, result);
-    options.robust.seed = 7;
+    options.robust.seed = 11;
     MatchFilter(options).filter(reference, current, expected);
     EXPECT_EQ(stagesOf(result), stagesOf(expected)) << method.name;
     EXPECT_EQ(result.robust.judgement.probability, expected.robust.judgement.probability) << method.name;

@@ -51,6 +51,7 @@ class Suite {
       : dataset_(dataset),
         options_(options),
         baseline_extractor_(makeBaselineExtractor(options.features)),
+        same_pyramid_(makeFeatureExtractor(samePyramid())),
         guided_search_({false, options.threads}, {}) {
     for (SimdLevel level : {SimdLevel::kAvx512, SimdLevel::kAvx2, SimdLevel::kNeon, SimdLevel::kScalar}) {
       if (!simdLevelSupported(level)) continue;
@@ -134,12 +135,19 @@ class Suite {
   MatchFilterOptions pipeline(const std::string& method, SearchMode search, const std::string& extractor) const {
     MatchFilterOptions result;
     result.method = method;
-    result.extractor.extractor = extractor;
+    if (extractor == "opencv") result.extractor = MatchFilterOptions::paper().extractor;  // the pyramid of the baseline
     result.extractor.features = options_.features;
     result.extractor.fast_threshold = fastThreshold(options_.features);
     result.extractor.threads = result.matcher_threads = options_.threads;
     result.robust.model = options_.model;
     result.search = search;
+    return result;
+  }
+
+  /// cv::ORB with the pyramid of our extractor.
+  FeatureExtractorOptions samePyramid() const {
+    FeatureExtractorOptions result = pipeline("", SearchMode::kFull, "simd_orb").extractor;
+    result.extractor = "opencv";
     return result;
   }
 
@@ -190,6 +198,9 @@ class Suite {
     baseline_extract_ms_ =
         time([&] { baseline_extractor_->detectAndCompute(image, cv::noArray(), keypoints, descriptors); });
     addRecord("extract", kBaselineExtractor, "", baseline_extract_ms_, static_cast<int>(keypoints.size()), nullptr);
+    Features features;
+    const double ms = time([&] { same_pyramid_->extract(image, features); });
+    addRecord("extract", "extractor opencv, pyramid of simd_orb", kBaselineExtractor, ms, features.size(), nullptr);
     for (ExtractorContender& contender : extractors_) {
       contender.ms = time([&] { contender.extractor->extract(image, contender.current.features); });
       addRecord("extract", contender.name, kBaselineExtractor, contender.ms, contender.current.features.size(),
@@ -305,6 +316,7 @@ class Suite {
   const Dataset& dataset_;
   const BenchmarkOptions options_;
   const cv::Ptr<cv::ORB> baseline_extractor_;
+  const std::unique_ptr<FeatureExtractor> same_pyramid_;
   std::vector<ExtractorContender> extractors_{2};
   ExtractorContender& stock_ = extractors_[0];  ///< its features are the baseline's
   std::vector<MatcherContender> matchers_;

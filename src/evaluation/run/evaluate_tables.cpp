@@ -47,10 +47,9 @@ double parseRatio(const std::string& text) {
 bool parse(const Arguments& arguments, TablesPlan& plan) {
   CommandLine& line = plan.line;
   std::string shard = "1/1", presets, ratios;
-  line.base.extractor.extractor = "opencv";  // what the paper used
-  line.base.one_to_one = false;              // likewise
-  line.base.align_points = false;            // likewise
-  line.base.search = SearchMode::kFull;      // likewise
+  line.base.extractor = MatchFilterOptions::paper().extractor;
+  line.base.one_to_one = line.base.align_points = false;  // as in the paper
+  line.base.search = SearchMode::kFull;                   // likewise
   plan.folder.addTo(line.options);
   auto add = line.options.add_options();
   add("shard", withDefault(shard), "i/n: do the i-th of n parts (see merge)");
