@@ -99,7 +99,8 @@ std::vector<StampedPose> readTrajectory(const TrajectoryOptions& options) {
   for (size_t i = 0; i < lines.size(); ++i) {
     StampedPose pose = parsePose(file, lines[i], format);
     if (format == Format::kKitti) pose.stamp = static_cast<double>(i) / options.pose_rate;
-    if (pose.stamp <= last) failAt(file, lines[i], "the time stamps do not increase");
+    if (pose.stamp == last) continue;  // TUM's files repeat a stamp here and there
+    if (pose.stamp < last) failAt(file, lines[i], "the time stamps decrease");
     last = pose.stamp;
     const double seconds = pose.stamp - first - options.from;
     if (seconds < 0 || (options.duration > 0 && seconds > options.duration)) continue;
