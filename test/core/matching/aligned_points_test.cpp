@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
 
 #include "percentile.h"
 #include "rendered_scene.h"
@@ -28,20 +29,58 @@ void forEachExactPoint(const Visit& visit) {
 TEST(AlignedPoints, LieATenthOfAPixelFromTheirExactPlaces) {
   const cv::Mat &earlier = renderedFrame(kEarlier).image, &current = renderedFrame(kCurrent).image;
   const cv::Point2f keypoint_error(0.6F, -0.5F), in_earlier(0.3F, 0.2F);
-  std::vector<double> off;
-  int tried = 0;
-  forEachExactPoint([&](const cv::Point& pixel, const cv::Point2d& exact) {
-    ++tried;
-    const PointToAlign point =
-        pointToAlign(cv::Point2f(pixel) + in_earlier, cv::Point2f(exact) + keypoint_error + in_earlier, 1);
-    EXPECT_EQ(point.pixel, pixel);
-    const auto found = align(earlier, current, point);
-    if (found) off.push_back(std::hypot(found->centre.x() - exact.x, found->centre.y() - exact.y));
-  });
-  EXPECT_GT(static_cast<double>(off.size()), 0.5 * tried);
-  constexpr double kMedianOfDistance = 1.18;  // over the standard deviation of x and of y
-  EXPECT_LT(median(off), 0.1 * kMedianOfDistance);
-  RecordProperty("median_px", std::to_string(median(off)));
+  for (const PatchSearch& search : {kInNextImage, kInLaterImage}) {
+    std::vector<double> off;
+    int tried = 0;
+    forEachExactPoint([&](const cv::Point& pixel, const cv::Point2d& exact) {
+      ++tried;
+      const PointToAlign point =
+          pointToAlign(cv::Point2f(pixel) + in_earlier, cv::Point2f(exact) + keypoint_error + in_earlier, 1);
+      EXPECT_EQ(point.pixel, pixel);
+      const auto found = align(earlier, current, point, search);
+      if (found) off.push_back(std::hypot(found->centre.x() - exact.x, found->centre.y() - exact.y));
+    });
+    EXPECT_GT(static_cast<double>(off.size()), 0.5 * tried);
+    constexpr double kMedianOfDistance = 1.18;  // over the standard deviation of x and of y
+    EXPECT_LT(median(off), 0.1 * kMedianOfDistance);
+    RecordProperty("median_px", std::to_string(median(off)));
+  }
+}
+
+/// The image, larger by a factor around the centre, as a sensor with noise sees it.
+cv::Mat seenLarger(const cv::Mat& image, double factor, uint64_t seed) {
+  const cv::Point2f centre(static_cast<float>(image.cols) / 2, static_cast<float>(image.rows) / 2);
+  cv::Mat seen, noise(image.size(), CV_16SC1);
+  cv::warpAffine(image, seen, cv::getRotationMatrix2D(centre, 0, factor), image.size());
+  cv::RNG(seed).fill(noise, cv::RNG::NORMAL, 0, 2);
+  cv::add(seen, noise, seen, cv::noArray(), CV_8U);
+  return seen;
+}
+
+TEST(AlignedPoints, ChangeTheirShapeWhereMoreThanChanceSpeaksForIt) {
+  const cv::Mat& image = renderedFrame(kEarlier).image;
+  const cv::Mat earlier = seenLarger(image, 1, 1);
+  const cv::Point2f centre(static_cast<float>(image.cols) / 2, static_cast<float>(image.rows) / 2);
+  for (const float factor : {1.F, 1.08F}) {
+    const cv::Mat current = seenLarger(image, static_cast<double>(factor), 2);
+    int found = 0, changed = 0;
+    for (int y = 40; y < image.rows - 40; y += 12) {
+      for (int x = 40; x < image.cols - 40; x += 12) {
+        const cv::Point2f pixel(static_cast<float>(x), static_cast<float>(y));
+        const PointToAlign point = pointToAlign(pixel, centre + factor * (pixel - centre), 1);
+        const auto place = align(earlier, current, point, kInNextImage);
+        found += place.has_value();
+        changed += place && place->shape != Eigen::Matrix2f::Identity();
+      }
+    }
+    ASSERT_GT(found, 300);
+    if (factor == 1) {
+      EXPECT_LT(changed, 0.02 * found);
+    } else {
+      EXPECT_GT(changed, 0.5 * found);
+    }
+    RecordProperty("changed_of_" + std::to_string(found), changed);
+  }
 }
 
 TEST(AlignedPoints, AreNotFoundWhereTheImageShowsSomethingElse) {
@@ -50,13 +89,13 @@ TEST(AlignedPoints, AreNotFoundWhereTheImageShowsSomethingElse) {
   forEachExactPoint([&](const cv::Point& pixel, const cv::Point2d& exact) {
     ++tried;
     const cv::Point2f elsewhere(static_cast<float>(exact.x) + 40, static_cast<float>(exact.y) - 25);
-    found += align(earlier, current, pointToAlign(pixel, elsewhere, 1)).has_value();
+    found += align(earlier, current, pointToAlign(pixel, elsewhere, 1), kInNextImage).has_value();
   });
   EXPECT_LT(found, 0.15 * tried);
   // The rim of the image, and places that are none.
-  EXPECT_FALSE(align(earlier, current, pointToAlign({2, 2}, {2, 2}, 1)));
-  EXPECT_FALSE(align(earlier, current, pointToAlign({320, 240}, {-5000, 240}, 1)));
-  EXPECT_FALSE(align(earlier, current, pointToAlign({-300, 240}, {320, 240}, 1)));
+  EXPECT_FALSE(align(earlier, current, pointToAlign({2, 2}, {2, 2}, 1), kInNextImage));
+  EXPECT_FALSE(align(earlier, current, pointToAlign({320, 240}, {-5000, 240}, 1), kInNextImage));
+  EXPECT_FALSE(align(earlier, current, pointToAlign({-300, 240}, {320, 240}, 1), kInNextImage));
 }
 
 TEST(AlignedPoints, TheGuessIsMagnifiedAroundTheKeypoint) {
