@@ -52,17 +52,8 @@ bool Patch::sample(const cv::Mat& image, const PatchPlace& place, PatchNumbers& 
 bool Patch::cut(const cv::Mat& image, const Eigen::Vector2f& centre) {
   const PatchPlace place = {centre, Eigen::Matrix2f::Identity()};
   if (!inside(image, place, kPatchRadius + 1)) return false;
-  PatchWithRim levels;
-  kernels_->sampleWithRim(image.data, static_cast<ptrdiff_t>(image.step), mapOf(place), levels);
-  intensity_ = gradient_x_ = gradient_y_ = PatchNumbers();
-  for (int y = 0; y < kPatchSide; ++y) {
-    const float *above = levels.at[y], *row = levels.at[y + 1], *below = levels.at[y + 2];
-    for (int x = 0; x < kPatchSide; ++x) {
-      intensity_.at[y][x] = row[x + 1];
-      gradient_x_.at[y][x] = row[x + 2] - row[x];
-      gradient_y_.at[y][x] = below[x + 1] - above[x + 1];
-    }
-  }
+  kernels_->sampleWithDifferences(image.data, static_cast<ptrdiff_t>(image.step), mapOf(place), intensity_, gradient_x_,
+                                  gradient_y_);
   const float length = kernels_->normalize(intensity_);
   if (length < kLeastContrast * kPatchSide) return false;
   for (PatchNumbers* gradient : {&gradient_x_, &gradient_y_}) {

@@ -10,15 +10,11 @@
 namespace gms_ransac {
 
 constexpr int kPatchRadius = 5;  ///< pixels
-constexpr int kPatchSide = 2 * kPatchRadius + 1, kPatchRimSide = kPatchSide + 2, kPatchLanes = 16;
+constexpr int kPatchSide = 2 * kPatchRadius + 1, kPatchLanes = 16;
 
 /// One number for each pixel of a patch, in its first kPatchSide columns; zero in the others.
 struct PatchNumbers {
   float at[kPatchSide][kPatchLanes];
-};
-/// The same of a patch and the pixels around it.
-struct PatchWithRim {
-  float at[kPatchRimSide][kPatchLanes];
 };
 
 /// An offset d from the centre of a patch lies at (x, y) + shape d.
@@ -37,7 +33,9 @@ struct PatchMoments {
 struct PatchKernels {
   /// Grey levels, bilinear. All pixels must lie in the image, whose right and lower neighbours are read.
   void (*sample)(const uint8_t* image, ptrdiff_t stride, const PatchMap& place, PatchNumbers& levels);
-  void (*sampleWithRim)(const uint8_t* image, ptrdiff_t stride, const PatchMap& place, PatchWithRim& levels);
+  /// The same with how much the levels differ to both sides. The pixels around the patch must lie in the image, too.
+  void (*sampleWithDifferences)(const uint8_t* image, ptrdiff_t stride, const PatchMap& place, PatchNumbers& levels,
+                                PatchNumbers& across, PatchNumbers& down);
   /// To mean 0 and length 1; returns the length before. Leaves zeros where they are all alike.
   float (*normalize)(PatchNumbers& levels);
   /// Sum of the products of both.

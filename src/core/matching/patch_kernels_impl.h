@@ -13,7 +13,8 @@ namespace gms_ransac {
 namespace {
 
 constexpr int kLanes = GMS_RANSAC_VECTOR_BYTES / 4;
-constexpr int kVectors = (kPatchRimSide + kLanes - 1) / kLanes;  ///< of a row
+constexpr int kRimSide = kPatchSide + 2;                    ///< of a patch with the pixels around it
+constexpr int kVectors = (kRimSide + kLanes - 1) / kLanes;  ///< of a row
 using F32 [[gnu::vector_size(GMS_RANSAC_VECTOR_BYTES)]] = float;
 using I32 [[gnu::vector_size(GMS_RANSAC_VECTOR_BYTES)]] = int32_t;
 using Bytes [[gnu::vector_size(kLanes)]] = uint8_t;
@@ -119,9 +120,29 @@ void sampleWarped(const uint8_t* image, ptrdiff_t stride, const PatchMap& place,
   }
 }
 
-template <int kSide, typename Levels>
-void sample(const uint8_t* image, ptrdiff_t stride, const PatchMap& place, Levels& levels) {
-  (place.upright() ? sampleUpright<kSide> : sampleWarped<kSide>)(image, stride, place, levels.at);
+template <int kSide>
+void sampleSquare(const uint8_t* image, ptrdiff_t stride, const PatchMap& place, float (*levels)[kPatchLanes]) {
+  (place.upright() ? sampleUpright<kSide> : sampleWarped<kSide>)(image, stride, place, levels);
+}
+
+void sample(const uint8_t* image, ptrdiff_t stride, const PatchMap& place, PatchNumbers& levels) {
+  sampleSquare<kPatchSide>(image, stride, place, levels.at);
+}
+
+void sampleWithDifferences(const uint8_t* image, ptrdiff_t stride, const PatchMap& place, PatchNumbers& levels,
+                           PatchNumbers& across, PatchNumbers& down) {
+  static constexpr Columns<kPatchSide> columns;
+  float rim[kRimSide + 1][kPatchLanes] = {};  // the last row is read past the one before
+  sampleSquare<kRimSide>(image, stride, place, rim);
+  for (int row = 0; row < kPatchSide; ++row) {
+    for (int k = 0; k < kVectors; ++k) {
+      const float* centre = rim[row + 1] + 1 + k * kLanes;
+      const F32 inside = loadFloats(columns.inside, k);
+      store(levels.at[row], k, inside * load<F32>(centre));
+      store(across.at[row], k, inside * (load<F32>(centre + 1) - load<F32>(centre - 1)));
+      store(down.at[row], k, inside * (load<F32>(centre + kPatchLanes) - load<F32>(centre - kPatchLanes)));
+    }
+  }
 }
 
 float normalize(PatchNumbers& levels) {
@@ -175,8 +196,7 @@ PatchMoments moments(const PatchNumbers& a, const PatchNumbers& b) {
   return {sum(one), sum(x), sum(y), sum(xx), sum(xy), sum(yy)};
 }
 
-constexpr PatchKernels kKernels = {sample<kPatchSide, PatchNumbers>, sample<kPatchRimSide, PatchWithRim>, normalize,
-                                   product, moments};
+constexpr PatchKernels kKernels = {sample, sampleWithDifferences, normalize, product, moments};
 
 }  // namespace
 }  // namespace gms_ransac

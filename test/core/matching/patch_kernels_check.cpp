@@ -34,12 +34,13 @@ std::vector<float> numbersBy(const PatchKernels& kernels) {
     for (auto& row : place.shape) {
       for (float& entry : row) entry += i % 2 == 0 ? 0 : uniform(-0.4F, 0.4F);
     }
-    PatchNumbers levels;
-    PatchWithRim with_rim;
-    kernels.sample(image.data(), kImageSide, place, levels);
-    kernels.sampleWithRim(image.data(), kImageSide, place, with_rim);
+    PatchNumbers levels, across, down;
+    kernels.sampleWithDifferences(image.data(), kImageSide, place, levels, across, down);
     add(levels);
-    add(with_rim);
+    add(across);
+    add(down);
+    kernels.sample(image.data(), kImageSide, place, levels);
+    add(levels);
     add(kernels.normalize(levels));
     add(levels);
     add(kernels.moments(levels, before));
@@ -51,7 +52,7 @@ std::vector<float> numbersBy(const PatchKernels& kernels) {
   return numbers;
 }
 
-/// The grey level of every pixel where the image is linear, and the moments of ones.
+/// The grey level of every pixel where the image is linear, its differences, and the moments of ones.
 bool isRight(const PatchKernels& kernels) {
   std::vector<uint8_t> image(kImageSide * kImageSide);
   for (int y = 0; y < kImageSide; ++y) {
@@ -60,14 +61,18 @@ bool isRight(const PatchKernels& kernels) {
   const auto differs = [](float a, float b) { return std::abs(a - b) > 1e-3F; };
   for (const float skew : {0.F, 0.2F}) {
     const PatchMap place = {30.3F, 25.8F, {{1 + skew, -skew}, {skew / 2, 1}}};
-    PatchWithRim levels;
-    kernels.sampleWithRim(image.data(), kImageSide, place, levels);
-    for (int row = 0; row < kPatchRimSide; ++row) {
+    PatchNumbers levels, across, down;
+    kernels.sampleWithDifferences(image.data(), kImageSide, place, levels, across, down);
+    const auto slope = [&](int k) { return 2 * place.shape[0][k] + place.shape[1][k]; };
+    for (int row = 0; row < kPatchSide; ++row) {
       for (int i = 0; i < kPatchLanes; ++i) {
-        const auto dx = static_cast<float>(i - kPatchRadius - 1), dy = static_cast<float>(row - kPatchRadius - 1);
+        const auto dx = static_cast<float>(i - kPatchRadius), dy = static_cast<float>(row - kPatchRadius);
         const float x = place.x + place.shape[0][0] * dx + place.shape[0][1] * dy,
                     y = place.y + place.shape[1][0] * dx + place.shape[1][1] * dy;
-        if (differs(levels.at[row][i], i < kPatchRimSide ? 2 * x + y : 0)) return false;
+        const bool inside = i < kPatchSide;
+        if (differs(levels.at[row][i], inside ? 2 * x + y : 0)) return false;
+        if (differs(across.at[row][i], inside ? 2 * slope(0) : 0)) return false;
+        if (differs(down.at[row][i], inside ? 2 * slope(1) : 0)) return false;
       }
     }
   }
