@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <limits>
 #include <stdexcept>
-#include <vector>
 
 #include <cv_bridge/cv_bridge.h>
 #include <rosbag/exceptions.h>
@@ -75,9 +74,10 @@ BagWriter::~BagWriter() {
   try {
     bag_->close();
   } catch (const rosbag::BagException&) {
-    // A bag that cannot be closed ends the program when it closes itself, so it is never destroyed.
-    static auto& unclosed = *new std::vector<rosbag::Bag*>;
-    unclosed.push_back(bag_.release());
+    // A bag that cannot be closed ends the program when it closes itself, so it is never destroyed. Something points to
+    // it, or it would be a leak.
+    [[maybe_unused]] static rosbag::Bag* volatile unclosed = nullptr;
+    unclosed = bag_.release();
   }
 }
 
