@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "gms_ransac/stream_constant.h"
+
 namespace gms_ransac {
 
 /// The camera's shutter, learnt from the stream.
@@ -37,7 +39,7 @@ class ShutterEstimate {
 
   /// Returns unknown until tau is above 5 ms by four standard deviations, or below by two.
   Shutter shutter() const;
-  int pairs() const { return pairs_; }
+  int pairs() const { return readout_.groups(); }
 
  private:
   struct Pair {
@@ -46,13 +48,9 @@ class ShutterEstimate {
     RowRates rates;
   };
   void count(const Pair& before, const Pair& pair, const Pair& after);
-  double readout() const { return weight_ > 0 ? sum_ / weight_ : 0; }
-  /// Mean square of the deviations of pairs from one tau, in their own; at least 1.
-  double dispersion() const;
 
   Pair before_, middle_, latest_;
-  double sum_ = 0, weight_ = 0, squares_ = 0;
-  int pairs_ = 0;
+  StreamConstant<1> readout_;
 };
 
 }  // namespace gms_ransac

@@ -15,7 +15,6 @@ constexpr double kRolls = 0.005;
 /// that is called rolling by mistake costs a wrong sentence in the log.
 constexpr double kSurelyRolls = 4, kSurelyGlobal = 2;
 constexpr int kFewestPairs = 20;
-constexpr double kMostDeviations = 3;  ///< influence of a pair, in its own deviations
 
 }  // namespace
 
@@ -47,22 +46,15 @@ void ShutterEstimate::count(const Pair& before, const Pair& pair, const Pair& af
     sum += velocity[i] * pair.rates.score[i];
     for (size_t j = 0; j < 6; ++j) weight += velocity[i] * pair.rates.information[6 * i + j] * velocity[j];
   }
-  if (!std::isfinite(sum) || !std::isfinite(weight) || !(weight > 0)) return;
-  const double deviation = std::abs(sum - readout() * weight) / std::sqrt(weight);
-  const double most = kMostDeviations * std::sqrt(dispersion());
-  const double influence = std::min(1., most / std::max(deviation, 1e-9));
-  ++pairs_;
-  sum_ += influence * sum;
-  weight_ += influence * weight;
-  squares_ += std::min(deviation, most) * std::min(deviation, most);
+  if (weight > 0) readout_.add(StreamConstant<1>::Vector(sum), StreamConstant<1>::Matrix(weight));
 }
 
-double ShutterEstimate::dispersion() const { return pairs_ > 0 ? std::max(1., squares_ / pairs_) : 1; }
-
 Shutter ShutterEstimate::shutter() const {
-  if (!(weight_ > 0)) return {};
-  Shutter shutter = {Shutter::kUnknown, readout(), std::sqrt(dispersion() / weight_)};
-  if (pairs_ < kFewestPairs) return shutter;
+  const StreamConstant<1>::Matrix no_prior = StreamConstant<1>::Matrix::Zero();
+  const double information = readout_.information(no_prior).value();
+  if (!(information > 0)) return {};
+  Shutter shutter = {Shutter::kUnknown, readout_.mean(no_prior).value(), 1 / std::sqrt(information)};
+  if (pairs() < kFewestPairs) return shutter;
   // The readout begins at the top: one below zero is an error of the rates, and no shutter.
   if (shutter.readout - kRolls > kSurelyRolls * shutter.deviation) shutter.kind = Shutter::kRolling;
   if (kRolls - std::abs(shutter.readout) > kSurelyGlobal * shutter.deviation) shutter.kind = Shutter::kGlobal;
