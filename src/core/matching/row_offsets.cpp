@@ -28,6 +28,13 @@ Eigen::Vector4d RowOffsets::factors(const cv::Point2f& pixel) const {
   return {1, x, y, x * y};
 }
 
+double RowOffsets::disparityError(const cv::Point2f& pixel, const CameraIntrinsics& k) const {
+  const double horizon = 2 * k.cy / size_.height - 1, below = pixel.y - k.cy;
+  const double roll = 2. / size_.width * (coefficients_[1] + coefficients_[3] * horizon);
+  const double bend = 4. / size_.area() * coefficients_[3] * k.fx / k.fy;
+  return (roll + bend * below) * below;
+}
+
 void RowOffsets::measure(const cv::Mat& left, const cv::Mat& right, const std::vector<cv::Point2f>& points,
                          RowSearch& search) {
   if (size_ != left.size()) *this = RowOffsets();

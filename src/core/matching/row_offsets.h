@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
+#include "gms_ransac/camera.h"
 #include "matching/patch.h"
 #include "matching/row_search.h"
 
@@ -17,6 +18,9 @@ class RowOffsets {
  public:
   /// Rows by which the right image shows this pixel lower.
   double at(const cv::Point2f& pixel) const { return coefficients_.dot(factors(pixel)); }
+  /// By how many pixels the same causes make a disparity too large: a rolled camera by as much along the rows as across
+  /// them, with the y of the pixel; one whose image was undistorted around a wrong centre with its square.
+  double disparityError(const cv::Point2f& pixel, const CameraIntrinsics& k) const;
   /// Learns from some of the points. `search`: of these images.
   void measure(const cv::Mat& left, const cv::Mat& right, const std::vector<cv::Point2f>& points, RowSearch& search);
 

@@ -188,8 +188,9 @@ std::string StereoDepth::fill(const Features& left, const cv::Mat& left_image, c
     ++found;
     const double difference = (*disparity - infinity) / k.fx;  // of the rays
     columns.right_ray[i] = rotated(rig.right.transpose(), {ray.x() - difference, ray.y() + below / k.fy});
-    if (*disparity - infinity < kLeastDisparity) continue;
-    const Eigen::Vector3d point = rig.left.transpose() * (rig.baseline / difference * ray.homogeneous());
+    const double corrected = *disparity - infinity - offsets_.disparityError(points_[i], k);
+    if (corrected < kLeastDisparity) continue;
+    const Eigen::Vector3d point = rig.left.transpose() * (rig.baseline * k.fx / corrected * ray.homogeneous());
     // R and P of a camera_info may put it behind the camera, or farther than a float can tell.
     if (point.z() > 0 && point.z() <= std::numeric_limits<float>::max()) {
       columns.depth[i] = static_cast<float>(point.z());

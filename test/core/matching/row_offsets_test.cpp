@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 #include <opencv2/imgproc.hpp>
 
 namespace gms_ransac {
@@ -62,6 +63,32 @@ TEST(RowOffsets, FollowTheCornersOfAWideImage) {
   const auto offset = [](const cv::Point2f& p) { return -0.15 + 1.5 * (p.x / 320 - 1) * (p.y / 120 - 1); };
   const RowOffsets offsets = learned(offset);
   for (const cv::Point2f& point : somePoints()) EXPECT_NEAR(offsets.at(point), offset(point), 0.1) << point;
+}
+
+TEST(RowOffsets, TellTheDisparitiesOfARolledCamera) {
+  const CameraIntrinsics k = {320, 320, 310, 124, "", {}};
+  const double roll = 0.003;
+  // Rotated exactly.
+  const auto seen = [&](const cv::Point2f& p) -> Eigen::Vector2d {
+    return Eigen::Rotation2Dd(-roll) * Eigen::Vector2d(p.x - k.cx, p.y - k.cy) -
+           Eigen::Vector2d(p.x - k.cx, p.y - k.cy);
+  };
+  const RowOffsets offsets = learned([&](const cv::Point2f& p) { return seen(p).y(); });
+  for (const cv::Point2f& point : somePoints())
+    EXPECT_NEAR(offsets.disparityError(point, k), -seen(point).x(), 0.03) << point;
+}
+
+TEST(RowOffsets, TellTheDisparitiesOfAWrongCentreOfDistortion) {
+  const CameraIntrinsics k = {320, 320, 310, 124, "", {}};
+  const double decentred = 1.5;  // k1 times the error of the centre, pixels; x and y at depth 1 (Brown 1966)
+  const auto ray = [&](const cv::Point2f& p) { return Eigen::Vector2d((p.x - k.cx) / k.fx, (p.y - k.cy) / k.fy); };
+  const RowOffsets offsets = learned([&](const cv::Point2f& p) { return 2 * decentred * ray(p).prod(); });
+  for (const cv::Point2f& point : somePoints()) {
+    const Eigen::Vector2d r = ray(point);
+    const double shift = decentred * (3 * r.x() * r.x() + r.y() * r.y());
+    // The other part grows with x^2 + y^2.
+    EXPECT_NEAR(offsets.disparityError(point, k), 3 * decentred * r.squaredNorm() - shift, 0.03) << point;
+  }
 }
 
 TEST(RowOffsets, AreNoneOfRectifiedImages) {
