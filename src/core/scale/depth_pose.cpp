@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace gms_ransac {
 
 namespace {
 
+using Eigen::Matrix4d;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 
@@ -16,11 +18,6 @@ constexpr int kMinimumSupport = 8;
 constexpr double kRim = 0.05;
 // Prior standard deviation of the row rotation, radians: half a degree to one degree on a hand-held Kinect.
 constexpr double kRowRotationSigma = 3.14159265358979323846 / 180;
-// Prior standard deviation of the disparity that the calibration of two cameras leaves, pixels, and of its growth over
-// x = 1 and y = 1, and over x^2 = 1. KITTI's rectified images have 0.1 (04, 06) and 0.9 (01), and 1.5 to 2.3 over x^2:
-// ignored, they make the translation 0.8, 0.5 and 8 % too long. Pairs measure the offset to 0.1. A road alone does not
-// tell the growth with y from the length.
-constexpr double kDisparityErrorSigma = 1, kDisparityGrowthSigma = 0.3, kDisparityBendSigma = 1;
 
 double depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
   if (!(pixel.x >= 0 && pixel.x < depth.cols - 1 && pixel.y >= 0 && pixel.y < depth.rows - 1)) return 0;
@@ -49,13 +46,6 @@ double startingLength(std::vector<std::pair<double, double>> ratios) {
   return 0;
 }
 
-/// Prior standard deviation of each entry of JointMotion::sensor.
-Vector4d sensorSigma(double pixel, double baseline) {
-  if (baseline <= 0) return Vector4d::Constant(kRowRotationSigma);
-  return pixel / baseline *
-         Vector4d(kDisparityErrorSigma, kDisparityGrowthSigma, kDisparityGrowthSigma, kDisparityBendSigma);
-}
-
 }  // namespace
 
 std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth) {
@@ -68,8 +58,8 @@ std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth)
   return column;
 }
 
-ScaleEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, KeyFrame* key) {
-  ScaleEstimate estimate;
+DepthEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, KeyFrame* key, LearntRig* rig) {
+  DepthEstimate estimate;
   const PairReader reader(pair);
   const Triangulation& triangulated = pair.points;
   std::vector<std::pair<double, double>> ratios;
@@ -91,9 +81,19 @@ ScaleEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, K
     const int point = points.sightings[i].point;
     points.joint[i].begin(start.pose, triangulated.valid[point] ? length * triangulated.depth_reference[point] : 0);
   }
-  const Vector4d sensor_sigma = sensorSigma(reader.pixel(), pair.baseline);
-  if (!refineJointly(points.joint, start, sensor_sigma, false, pose)) return estimate;
-  if (key) key->locate(pair, reader, points, sensor_sigma, pose);
+  const double disparity = reader.pixel() / pair.baseline;
+  SensorPrior prior = {Vector4d::Zero(), Matrix4d::Identity() / (kRowRotationSigma * kRowRotationSigma)};
+  if (start.two_cameras) prior = (rig ? *rig : LearntRig()).prior(disparity);
+  const std::optional<JointEstimate> joint = refineJointly(points.joint, start, prior, false);
+  if (!joint) return estimate;
+  pose = joint->pose;
+  if (rig && start.two_cameras) {
+    estimate.by_rig = joint->by_prior;
+    rig->add(joint->sensor, disparity);
+  } else {
+    pose.covariance += joint->by_prior * joint->by_prior.transpose();
+  }
+  if (key) key->locate(pair, reader, points, prior, rig != nullptr, pose);
   estimate.length = pose.t.norm();
   const Vector3d along = pose.t.normalized();
   estimate.relative_sigma =

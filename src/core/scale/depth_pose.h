@@ -14,6 +14,7 @@
 #include "gms_ransac/match_result.h"
 #include "gms_ransac/triangulation.h"
 #include "scale/key_frame.h"
+#include "scale/learnt_rig.h"
 #include "scale/pair_points.h"
 #include "scale/translation_scale.h"
 
@@ -23,10 +24,18 @@ namespace gms_ransac {
 /// finite where unknown; empty: no entries.
 std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth);
 
+struct DepthEstimate : ScaleEstimate {
+  /// Errors of the pose by the rig, which all pairs of a stream share: a column each of independent ones, one standard
+  /// deviation. Rows as in RelativePose::covariance, which does not have them if a rig is given.
+  Eigen::Matrix<double, 6, 4> by_rig = Eigen::Matrix<double, 6, 4>::Zero();
+};
+
 /// One pose from all that was measured of a pair, by robust least squares from `result.robust.judgement.pose`: inliers
 /// with depth as points in space, with the noise of depth or disparity; the others by their Sampson distance. With
 /// pixels the inliers are aligned before. Rotation, translation and covariance are joint. `features` 0 (fewer than
 /// eight inliers with depth, or no solution) leaves `pose` alone. `key`: locates the current image in it as well.
-ScaleEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, KeyFrame* key = nullptr);
+/// `rig`: of two cameras; holds the pair, and learns from it.
+DepthEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, KeyFrame* key = nullptr,
+                                    LearntRig* rig = nullptr);
 
 }  // namespace gms_ransac

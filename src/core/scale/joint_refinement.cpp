@@ -16,6 +16,7 @@ namespace gms_ransac {
 namespace {
 
 using Eigen::Matrix3d;
+using Eigen::Matrix4d;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 // Unknowns: the step of t, the rotation vector w, then four of the sensor (JointMotion).
@@ -52,7 +53,7 @@ struct JointResidual {
 /// Factors of JointMotion::sensor in the error of an inverse depth.
 Eigen::RowVector4d disparityError(const SeenPoint& seen) {
   const double x = seen.value.x(), y = seen.value.y();
-  return {1, x, y, x * x};
+  return {1, x, y, x * x + y * y};
 }
 
 JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
@@ -114,31 +115,28 @@ JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
 /// The refinement of one pair: Gauss-Newton over the motion and the points, which are eliminated.
 class JointRefinement {
  public:
-  /// Moves the estimates of the points. `sensor_sigma`: prior standard deviation of each unknown of the sensor.
-  JointRefinement(std::vector<JointPoint>& points, const JointMotion& start, const Vector4d& sensor_sigma)
-      : points_(points),
-        sensor_information_(sensor_sigma.cwiseAbs2().cwiseInverse()),
-        motion_(start),
-        residuals_(points_.size()) {}
+  /// Moves the estimates of the points.
+  JointRefinement(std::vector<JointPoint>& points, const JointMotion& start, const SensorPrior& prior)
+      : points_(points), prior_(prior), motion_(start), residuals_(points_.size()) {
+    motion_.sensor = prior.mean;
+  }
 
-  /// False where there is no solution. The covariance of `pose` includes the uncertainty of the other unknowns.
   /// `first`: iteration to begin with; the later, the closer the start is thought to be.
-  bool run(RelativePose& pose, int first = 0) {
+  std::optional<JointEstimate> run(int first) {
     for (int i = first; i < kGaussNewtonSteps; ++i) {
       loss_ = kLoss * typicalSquare() * std::max(1., kWide * std::pow(0.5, i));
       linearize();
       Column slope = gradient_;
-      slope.tail<kSensor>() += sensor_information_.cwiseProduct(motion_.sensor);
+      slope.tail<kSensor>() += prior_.information * (motion_.sensor - prior_.mean);
       const Column step = withPrior(curvature_).ldlt().solve(-slope);
-      if (!step.allFinite()) return false;
+      if (!step.allFinite()) return std::nullopt;
       move(step, motion_);
       moveEstimates(step);
       if (i > 1 && -slope.dot(step) < kConverged) break;
     }
-    motion_.pose.covariance = covariance();
-    if (!motion_.pose.covariance.allFinite()) return false;
-    pose = motion_.pose;
-    return true;
+    const JointEstimate answer = estimate();
+    if (!answer.pose.covariance.allFinite() || !answer.by_prior.allFinite()) return std::nullopt;
+    return answer;
   }
 
  private:
@@ -149,7 +147,7 @@ class JointRefinement {
 
   Square withPrior(const Square& curvature) const {
     Square sum = curvature;
-    sum.diagonal().tail<kSensor>() += sensor_information_;
+    sum.bottomRightCorner<kSensor, kSensor>() += prior_.information;
     return sum;
   }
 
@@ -202,7 +200,7 @@ class JointRefinement {
   }
 
   /// Huber's sandwich: the points of one cell err together (Liang & Zeger 1986), as the judgement has it.
-  Eigen::Matrix<double, kPose, kPose> covariance() const {
+  JointEstimate estimate() const {
     Square scatter = Square::Zero();
     int cells = 0;
     for (const Cell& cell : cells_) {
@@ -210,12 +208,28 @@ class JointRefinement {
       cells += cell.count > 0;
     }
     scatter *= cells / std::max(1., static_cast<double>(cells - kPose));
-    const Square inverse = withPrior(bend_ * curvature_).ldlt().solve(Square::Identity());
-    return (inverse * withPrior(scatter) * inverse.transpose()).topLeftCorner<kPose, kPose>();
+    const Square curvature = bend_ * curvature_, inverse = withPrior(curvature).ldlt().solve(Square::Identity());
+    JointEstimate answer;
+    answer.pose = motion_.pose;
+    answer.pose.covariance = (inverse * scatter * inverse.transpose()).topLeftCorner<kPose, kPose>();
+    answer.by_prior = inverse.topRightCorner<kPose, kSensor>() * prior_.information.llt().matrixL();
+    answer.sensor = evidence(curvature, scatter);
+    return answer;
+  }
+
+  /// The pose is eliminated, which follows the sensor.
+  SensorEvidence evidence(const Square& curvature, const Square& scatter) const {
+    Eigen::Matrix<double, kUnknowns, kSensor> follow;
+    follow << -curvature.topLeftCorner<kPose, kPose>().ldlt().solve(curvature.topRightCorner<kPose, kSensor>()),
+        Matrix4d::Identity();
+    const Matrix4d information = follow.transpose() * curvature.rightCols<kSensor>();
+    const Vector4d score = information * motion_.sensor - follow.transpose() * gradient_;
+    const Matrix4d gain = information * (follow.transpose() * scatter * follow).inverse();
+    return {gain * score, gain * information};
   }
 
   std::vector<JointPoint>& points_;
-  Vector4d sensor_information_;  ///< on each unknown besides the pose
+  const SensorPrior& prior_;
   JointMotion motion_;
   std::vector<JointResidual> residuals_;
   std::vector<double> squares_;
@@ -243,9 +257,9 @@ void JointPoint::begin(const RelativePose& pose, double depth) {
   estimate = reference.value;
 }
 
-bool refineJointly(std::vector<JointPoint>& points, const JointMotion& start, const Vector4d& sensor_sigma, bool close,
-                   RelativePose& pose) {
-  return JointRefinement(points, start, sensor_sigma).run(pose, close ? kCloseStart : 0);
+std::optional<JointEstimate> refineJointly(std::vector<JointPoint>& points, const JointMotion& start,
+                                           const SensorPrior& prior, bool close) {
+  return JointRefinement(points, start, prior).run(close ? kCloseStart : 0);
 }
 
 }  // namespace gms_ransac

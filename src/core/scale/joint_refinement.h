@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -36,17 +37,36 @@ struct JointMotion {
   RelativePose pose;  ///< of the middle rows
   bool two_cameras;
   /// Two cameras: what calibration leaves of the inverse depths, to be added to each measured one: 1/m, and its growth
-  /// with x (focal lengths that differ), y (a camera rolled against the other) and x^2 (yawed against it).
+  /// with x (focal lengths that differ), y (a camera rolled against the other) and x^2 + y^2 (yawed against it, or
+  /// undistorted around a wrong centre).
   /// A depth camera, the first three: rotation vector, current minus reference, from the top row to the bottom. If the
   /// rotation during the readout of a rolling shutter differs between the images, the difference grows with the row;
   /// without it in the model it would be taken for translation.
   Eigen::Vector4d sensor = Eigen::Vector4d::Zero();
 };
 
-/// The pose of `motion` moved to the least cost, with its covariance, which includes the uncertainty of `sensor`. Moves
-/// the estimates of the points. `sensor_sigma`: prior standard deviation of each unknown of the sensor. `close`: the
-/// start is known to a deviation or two. False where there is no solution; `pose` stays as it is then.
-bool refineJointly(std::vector<JointPoint>& points, const JointMotion& start, const Eigen::Vector4d& sensor_sigma,
-                   bool close, RelativePose& pose);
+/// What is known of JointMotion::sensor before.
+struct SensorPrior {
+  Eigen::Vector4d mean;
+  Eigen::Matrix4d information;  ///< inverse of the covariance
+};
+
+/// What the points say of JointMotion::sensor, without the prior.
+struct SensorEvidence {
+  Eigen::Vector4d score;        ///< information times the likeliest one
+  Eigen::Matrix4d information;  ///< by the scatter of the parts of the image
+};
+
+struct JointEstimate {
+  RelativePose pose;  ///< with the covariance by the points alone
+  /// The error of the pose by that of the prior: a column each of independent errors of one standard deviation.
+  Eigen::Matrix<double, 6, 4> by_prior;
+  SensorEvidence sensor;
+};
+
+/// Moves `start` to the least cost, and the estimates of the points. `close`: the start is known to a deviation or two.
+/// None where there is no solution.
+std::optional<JointEstimate> refineJointly(std::vector<JointPoint>& points, const JointMotion& start,
+                                           const SensorPrior& prior, bool close);
 
 }  // namespace gms_ransac

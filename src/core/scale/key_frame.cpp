@@ -36,16 +36,17 @@ RelativePose fused(const RelativePose& a, const RelativePose& b) {
 }  // namespace
 
 void KeyFrame::locate(const DepthPair& pair, const PairReader& reader, const PairPoints& of_pair,
-                      const Eigen::Vector4d& sensor_sigma, const RelativePose& pose) {
+                      const SensorPrior& prior, bool shared, const RelativePose& pose) {
   const RelativePose chain = chained(reference, pose);
   std::vector<JointPoint> still_seen = stillSeen(pair, reader, of_pair, chain);
   const auto count = static_cast<double>(still_seen.size());
-  RelativePose direct;
   const double share = pair.mayRoll() ? kStillSeenRolling : kStillSeen;
-  if (count < std::max(kLeastStillSeen, share * static_cast<double>(points.size())) ||
-      !refineJointly(still_seen, {chain, pair.baseline > 0}, sensor_sigma, true, direct))
-    return begin(pair, of_pair, pose);
-  current = fused(chain, direct);
+  std::optional<JointEstimate> direct;
+  if (count >= std::max(kLeastStillSeen, share * static_cast<double>(points.size())))
+    direct = refineJointly(still_seen, {chain, pair.baseline > 0}, prior, true);
+  if (!direct) return begin(pair, of_pair, pose);
+  if (!shared) direct->pose.covariance += direct->by_prior * direct->by_prior.transpose();
+  current = fused(chain, direct->pose);
   is_reference = false;
 }
 

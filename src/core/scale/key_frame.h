@@ -28,9 +28,10 @@ struct KeyFrame {
   bool is_reference = true;         ///< it became the key frame with this pair
 
   /// Sets `current` by the motion of a pair, `pose`, and by the points that are still followed, with the pair's prior
-  /// of the sensor. If these are few, the reference of the pair becomes the key frame.
-  void locate(const DepthPair& pair, const PairReader& reader, const PairPoints& of_pair,
-              const Eigen::Vector4d& sensor_sigma, const RelativePose& pose);
+  /// of the sensor; `shared`: its errors are, and no part of the covariance. If these are few, the reference of the
+  /// pair becomes the key frame.
+  void locate(const DepthPair& pair, const PairReader& reader, const PairPoints& of_pair, const SensorPrior& prior,
+              bool shared, const RelativePose& pose);
   /// The current image is the reference of the next pair.
   void advance() { reference = current; }
 

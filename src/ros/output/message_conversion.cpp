@@ -162,6 +162,10 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
     message.pose_probability = static_cast<float>(result.robust.judgement.pose_probability);
     message.rotation_probability = static_cast<float>(result.robust.judgement.rotation_probability);
     message.camera_misfit = static_cast<float>(result.robust.judgement.camera_misfit);
+    if (processed.rig) {
+      Eigen::Map<Eigen::Vector4f>(message.disparity_error.data()) = processed.rig->mean().cast<float>();
+      Eigen::Map<Eigen::Vector4f>(message.disparity_error_sigma.data()) = processed.rig->deviation().cast<float>();
+    }
     message.time_match = static_cast<float>(processed.times.match);
     message.time_gms = static_cast<float>(processed.times.gms);
     message.time_ransac = static_cast<float>(processed.times.ransac);

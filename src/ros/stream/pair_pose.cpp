@@ -40,18 +40,21 @@ void measureBySensor(const MotionPriors& priors, ProcessedFrame& answer) {
 }
 
 /// Metric pose from depth or a second camera, or why there is none.
-void measureByDepth(bool stereo, KeyFrame& key, ProcessedFrame& answer) {
+void measureByDepth(bool stereo, Stream& stream, ProcessedFrame& answer) {
   const PreparedFrame &reference = *answer.pair->reference, &current = *answer.current;
   const std::optional<StereoRig>& rig = current.stereo.rig ? current.stereo.rig : reference.stereo.rig;
-  ScaleEstimate scale;
+  if (rig) stream.useCameras({current.image.camera, current.stereo.right_camera});
+  DepthEstimate scale;
   if (!stereo || rig)
     scale = poseFromKeypointDepth(
         {answer.pair->points, reference.frame.features, current.frame.features, answer.pair->result,
          current.image.camera->camera, reference.stereo.depth, current.stereo.depth, rig ? rig->baseline : 0,
          answer.pair->track_ids, reference.image.grey, current.image.grey},
-        answer.pose, &key);
+        answer.pose, &stream.key, stereo ? &stream.rig : nullptr);
+  answer.shared.rightCols<kRigErrors>() = scale.by_rig;
+  if (rig) answer.rig = stream.rig;
   answer.metric_scale = scale.features > 0;
-  if (answer.metric_scale) answer.since_key = MotionSinceKey{key.current, key.is_reference};
+  if (answer.metric_scale) answer.since_key = MotionSinceKey{stream.key.current, stream.key.is_reference};
   if (answer.metric_scale && answer.status != MatchStats::OK) {
     // Depth makes a translation observable that the images alone do not show.
     answer.status = MatchStats::OK;
@@ -74,7 +77,7 @@ void findLength(const Pipeline& pipeline, Stream& stream, ProcessedFrame& answer
   } else if (pipeline.priors && (mode == ScaleMode::kOdometry || mode == ScaleMode::kGround)) {
     measureBySensor(*pipeline.priors, answer);
   } else if (parameters.measuresDepth()) {
-    measureByDepth(parameters.input == InputKind::kStereo, stream.key, answer);
+    measureByDepth(parameters.input == InputKind::kStereo, stream, answer);
   }
   answer.length_missing &= !answer.metric_scale;
 }
@@ -119,7 +122,7 @@ void addSharedErrors(double systematic_sigma, const Parameters& parameters, Proc
   const double parallax =
       answer.pair->result.robust.judgement.median_parallax_px / answer.current->image.camera->camera.meanFocalLength();
   answer.own_covariance = answer.pose.covariance;
-  answer.shared = sharedErrors(share, answer.pose, parallax);
+  answer.shared += sharedErrors(share, answer.pose, parallax);
   if (!parameters.measuresDepth() && !answer.pose.t.isZero()) {
     const Eigen::Vector3d along = answer.pose.t.normalized();
     auto by_rotation = answer.shared.block<3, 4>(0, 4);

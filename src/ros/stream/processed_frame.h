@@ -11,6 +11,7 @@
 
 #include "gms_ransac/match_filter.h"
 #include "gms_ransac/triangulation.h"
+#include "scale/learnt_rig.h"
 #include "stream/odometry.h"
 #include "stream/prepared_frame.h"
 #include "stream/shared_errors.h"
@@ -89,6 +90,7 @@ struct ProcessedFrame {
   Eigen::Matrix<double, 6, 6> own_covariance;
   SharedErrors shared = SharedErrors::Zero();
   std::optional<MotionSinceKey> since_key;  ///< with depth; covariance without shared errors, bounded as that of `pose`
+  std::optional<LearntRig> rig;             ///< of two cameras
   bool reference_held = false;              ///< the next image will be compared with this reference again
   /// After a loss the reference is an image from before it. `status` is what it would be without the loss.
   bool recovered = false;

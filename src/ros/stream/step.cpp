@@ -149,6 +149,7 @@ void Step::begin(const Start& start) {
   because(start.why, start.before);
   if (start.continuity != Continuity::kContinuous) because(Why::kNewReference);
   stream.forget();
+  if (start.continuity == Continuity::kRestarted) stream.rig = LearntRig();
   // It is the place of another camera.
   if (start.why == Why::kFrameChanged) stream.place.restart();
   recovery.clear();

@@ -69,10 +69,17 @@ struct Stream {
   TrackTable tracks;
   ScalePropagator scale;
   KeyFrame key;  ///< of motions with depth
+  LearntRig rig;
+  std::pair<std::shared_ptr<const CameraModel>, std::shared_ptr<const CameraModel>> cameras;  ///< of `rig`
   MotionIntegrator place;
   std::optional<double> stamp;  ///< of the last image, seconds; none: the next is the first
   double copied_seconds = 0;    ///< since the reference, in which copies came: they show that the stream goes on
 
+  /// Another calibration has other errors.
+  void useCameras(const decltype(cameras)& left_and_right) {
+    if (cameras != left_and_right) rig = LearntRig();
+    cameras = left_and_right;
+  }
   /// The next image is compared with nothing, and the motion up to it is not known. The place stays.
   void forget() {
     reference.reset();

@@ -356,41 +356,75 @@ TEST(PoseFromDepth, IsNotMisledByARollingShutter) {
   EXPECT_LT(rotationVector(pose.R.transpose() * truth.R).norm(), 1e-3);
 }
 
-/// Error of the translation, metres of one, by two cameras whose disparities are too small by so many pixels at x, y.
+/// Two cameras half a metre apart, whose disparities are too small by so many pixels at x, y.
 template <typename Error>
-double translationError(const Error& too_small) {
-  const ExactPair exact({0.1, 0.05, 1});
-  constexpr double kBaseline = 0.5;  // metres
-  const double scale = kBaseline * exact.camera.meanFocalLength();
-  const Triangulation points = exact.triangulated();
-  std::vector<float> depth_reference, depth_current;
-  for (int i = 0; i < points.size(); ++i) {
-    const auto seen = [&](double depth, double x, double y) {
-      return static_cast<float>(scale / (scale / depth - too_small(x, y)));
-    };
-    depth_reference.push_back(seen(points.depth_reference[i], points.x_reference[i], points.y_reference[i]));
-    depth_current.push_back(seen(points.depth_current[i], points.x_current[i], points.y_current[i]));
+class WrongRig {
+ public:
+  explicit WrongRig(const Error& too_small) : too_small_(too_small) {}
+
+  /// Error of the translation, metres of one. `noise`: of the disparities, pixels. `every`: stride of the points.
+  double translationError(double noise = 0, int every = 1, LearntRig* rig = nullptr) {
+    ExactPair exact({0.1, 0.05, 1});
+    exact.keepInliers([every](size_t i) { return i % static_cast<size_t>(every) == 0; });
+    constexpr double kBaseline = 0.5;
+    const double scale = kBaseline * exact.camera.meanFocalLength();
+    const Triangulation points = exact.triangulated();
+    std::vector<float> depth_reference(exact.truth.size()), depth_current(exact.truth.size());
+    for (int i = 0; i < points.size(); ++i) {
+      const auto seen = [&](double depth, double x, double y) {
+        return static_cast<float>(scale / (scale / depth - too_small_(x, y) + noise * normal_(random_)));
+      };
+      const auto row = static_cast<size_t>(points.row[i]);
+      depth_reference[row] = seen(points.depth_reference[i], points.x_reference[i], points.y_reference[i]);
+      depth_current[row] = seen(points.depth_current[i], points.x_current[i], points.y_current[i]);
+    }
+    RelativePose pose;
+    const DepthEstimate estimate = poseFromKeypointDepth({points,
+                                                          exact.reference,
+                                                          exact.current,
+                                                          exact.result,
+                                                          exact.camera,
+                                                          depth_reference,
+                                                          depth_current,
+                                                          kBaseline,
+                                                          {}},
+                                                         pose, nullptr, rig);
+    EXPECT_EQ(estimate.features, points.size());
+    EXPECT_EQ(estimate.by_rig.isZero(), rig == nullptr);
+    return (pose.t - exact.result.robust.judgement.pose.t).norm();
   }
-  RelativePose pose;
-  const ScaleEstimate estimate = poseFromKeypointDepth({points,
-                                                        exact.reference,
-                                                        exact.current,
-                                                        exact.result,
-                                                        exact.camera,
-                                                        depth_reference,
-                                                        depth_current,
-                                                        kBaseline,
-                                                        {}},
-                                                       pose);
-  EXPECT_EQ(estimate.features, points.size());
-  return (pose.t - exact.result.robust.judgement.pose.t).norm();
-}
+
+ private:
+  Error too_small_;
+  std::mt19937 random_{5};
+  std::normal_distribution<double> normal_;
+};
 
 TEST(PoseFromDepth, TellsTheErrorOfTheDisparitiesFromTheLength) {
-  EXPECT_LT(translationError([](double, double) { return 0.8; }), 1e-4);
-  EXPECT_LT(translationError([](double x, double y) { return 0.3 + 0.5 * x - 0.2 * y; }), 1e-4);
+  EXPECT_LT(WrongRig([](double, double) { return 0.8; }).translationError(), 1e-4);
+  EXPECT_LT(WrongRig([](double x, double y) { return 0.3 + 0.5 * x - 0.1 * y; }).translationError(), 1e-4);
   // The right camera is yawed: 1e-3 without that in the model.
-  EXPECT_LT(translationError([](double x, double) { return 0.15 - 2 * x * x; }), 1e-4);
+  EXPECT_LT(WrongRig([](double x, double y) { return 0.15 - 2 * (x * x + y * y); }).translationError(), 1e-4);
+}
+
+TEST(LearntRig, HoldsPairsOfFewPoints) {
+  const Eigen::Vector4d error(0.5, -0.2, 0.05, 1.5);
+  WrongRig cameras([&](double x, double y) { return error.dot(Eigen::Vector4d(1, x, y, x * x + y * y)); });
+  constexpr double kNoise = 0.2;
+  LearntRig rig;
+  EXPECT_FALSE(rig.isOff());
+  for (int pair = 0; pair < 50; ++pair) cameras.translationError(kNoise, 2, &rig);
+  EXPECT_TRUE(rig.isOff());
+  const Eigen::Vector4d deviations = (rig.mean() - error).cwiseQuotient(rig.deviation());
+  EXPECT_LT(deviations.cwiseAbs().maxCoeff(), 3) << rig.mean().transpose();
+  EXPECT_LT(rig.deviation()[0], 0.1);
+  double alone = 0, held = 0;
+  for (int pair = 0; pair < 20; ++pair) {
+    LearntRig copy = rig;
+    alone += cameras.translationError(kNoise, 20);
+    held += cameras.translationError(kNoise, 20, &copy);
+  }
+  EXPECT_LT(held, 0.8 * alone);
 }
 
 TEST(PoseFromDepth, MatchesWithoutDepthTakePart) {
