@@ -51,6 +51,8 @@ class StreamConstants {
   }
 
   const Estimate& learnt() const { return learnt_; }
+  /// Mean square of the residuals in their deviations, at least 1; 1 also where no numbers explain the pairs.
+  double dispersion() const { return explains() ? learnt_.dispersion : 1; }
   int restarts() const { return restarts_; }
 
   /// The estimate where it is better known than by `usual`, deviations about zero, or a quarter of itself. In other
@@ -62,7 +64,7 @@ class StreamConstants {
     Vector along = directions.eigenvectors().transpose() * learnt_.mean.cwiseQuotient(usual);
     Vector variances = directions.eigenvalues();
     for (int k = 0; k < N; ++k) {
-      if (learnt_.dispersion < kExplained && variances[k] < std::max(1.0, along[k] * along[k] / 16)) continue;
+      if (explains() && variances[k] < std::max(1.0, along[k] * along[k] / 16)) continue;
       along[k] = 0;
       variances[k] = 1;
     }
@@ -75,13 +77,14 @@ class StreamConstants {
     double dispersion = 1;  ///< mean square of the residuals in their deviations, at least 1
   };
 
-  static constexpr int kAnew = 100;         ///< pairs after which a filter begins that knows nothing
-  static constexpr double kSurely = 7;      ///< it takes over where the pairs are a thousand times likelier under it
-  static constexpr double kMostSquares = 4; ///< influence of a residual: two deviations
-  static constexpr double kMemory = 0.98;   ///< of the dispersion, from pair to pair
-  static constexpr double kExplained = 9;   ///< dispersion where numbers explain the pairs: three deviations
+  static constexpr int kAnew = 100;          ///< pairs after which a filter begins that knows nothing
+  static constexpr double kSurely = 7;       ///< it takes over where the pairs are a thousand times likelier under it
+  static constexpr double kMostSquares = 4;  ///< influence of a residual: two deviations
+  static constexpr double kMemory = 0.98;    ///< of the dispersion, from pair to pair
+  static constexpr double kExplained = 9;    ///< dispersion where numbers explain the pairs: three deviations
   static constexpr double kMostPriors = 4;
 
+  bool explains() const { return learnt_.dispersion < kExplained; }
   Filter begin() const {
     Filter filter;
     filter.covariance = prior_.cwiseAbs2().asDiagonal();
@@ -94,11 +97,11 @@ class StreamConstants {
       return Eigen::PartialPivLU<Matrix>(Matrix::Identity() + weight * filter.covariance * pair.information);
     };
     auto solver = posterior(1);
-    const double squares = std::max(0.0, pair.squares + step.dot(pair.score + score) -
-                                             score.dot(solver.solve(filter.covariance * score)));
+    const double squares =
+        std::max(0.0, pair.squares + step.dot(pair.score + score) - score.dot(solver.solve(filter.covariance * score)));
     const double most = kMostSquares * filter.dispersion * pair.residuals;
-    filter.evidence -= 0.5 * (std::min(squares, most) / filter.dispersion + pair.residuals * std::log(filter.dispersion) +
-                              std::log(std::abs(solver.determinant())));
+    filter.evidence -= 0.5 * (std::min(squares, most) / filter.dispersion +
+                              pair.residuals * std::log(filter.dispersion) + std::log(std::abs(solver.determinant())));
     const double weight = std::min(1.0, most / squares);
     if (weight < 1) solver = posterior(weight);
     filter.covariance = solver.solve(Matrix(filter.covariance));

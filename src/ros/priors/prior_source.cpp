@@ -49,8 +49,8 @@ void RotationSource::compare(const RotationAnswer& answer, const RobustResult& s
   std::lock_guard<std::mutex> lock(mutex_);
   calibration_.add({query.from, query.to, visual, covariance}, sensor);
   pairs_by_rates_ += seen.row_correction == RowCorrection::kPrior;
-  comparison_.add(
-      {query.from, query.to, visual, rotationVector(answer.prior->R), covariance + answer.prior->covariance});
+  comparison_.add({query.from, query.to, visual, rotationVector(answer.prior->R),
+                   calibration_.dispersion() * (covariance + answer.prior->covariance)});
 }
 
 PriorReport RotationSource::report() {

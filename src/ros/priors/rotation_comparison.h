@@ -22,9 +22,9 @@ struct ComparedRotation {
 
 class RotationComparison {
  public:
-  static constexpr size_t kPairs = 100;          ///< last ones that are compared
-  static constexpr size_t kFewest = 30;          ///< before so many pairs there is no doubt
-  static constexpr double kDoubtful = 0.5;       ///< share of the pairs that contradict above which something is wrong
+  static constexpr size_t kPairs = 100;     ///< last ones that are compared
+  static constexpr size_t kFewest = 30;     ///< before so many pairs there is no doubt
+  static constexpr double kDoubtful = 0.5;  ///< share of the pairs that contradict above which something is wrong
 
   /// Adds a pair; it replaces one with the same start, as while the reference is held.
   void add(const ComparedRotation& pair);

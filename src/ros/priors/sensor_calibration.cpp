@@ -23,6 +23,9 @@ constexpr double kUsualMount = 0.01, kUsualOffset = 0.002, kFirstMount = 0.05, k
 constexpr double kMountDrift = 1e-5, kOffsetDrift = 1e-5, kBiasDrift = 1e-4;
 /// Least standard deviation of a visual rotation, radians: what is common to pairs, as the lens, is in no covariance.
 constexpr double kVisualFloor = 2e-4;
+/// Errors of a pair: jitter of stamps, seconds, and a share of the rotation, as focal length and gyro have another
+/// scale.
+constexpr double kJitter = 0.002, kShare = 0.005;
 constexpr double kLeastStep = 0.001;  ///< of the derivative by the time offset, seconds
 constexpr size_t kMostWaiting = 30;   ///< pairs, a second of images
 constexpr double kSignificant = 4;    ///< standard deviations
@@ -55,6 +58,8 @@ SensorCalibration::Predicted SensorCalibration::predict(const Constants::Vector&
   Predicted predicted;
   predicted.rotation = mounting * (measured - seconds * constants.segment<3>(kBias));
   predicted.derivative << -crossMatrix(predicted.rotation), mounting * by_offset, -seconds * mounting;
+  const Vector3d jitter = kJitter * predicted.derivative.col(kTimeOffset), share = kShare * predicted.rotation;
+  predicted.errors = jitter * jitter.transpose() + share * share.transpose();
   return predicted;
 }
 
@@ -70,13 +75,14 @@ bool SensorCalibration::learn(const SeenRotation& pair, const RotationBetween& s
   const Constants::Estimate& learnt = (pair.from == last_.from ? before_last_ : constants_).learnt();
   const double step = std::max(kLeastStep, learnt.deviation()[kTimeOffset]);
   const double from = pair.from + learnt.mean[kTimeOffset], to = pair.to + learnt.mean[kTimeOffset];
-  const auto middle = sensor(from, to), earlier = sensor(from - step, to - step), later = sensor(from + step, to + step);
+  const auto middle = sensor(from, to), earlier = sensor(from - step, to - step),
+             later = sensor(from + step, to + step);
   if (!middle || !earlier || !later) return false;
   const Vector3d measured = rotationVector(middle->R), before = rotationVector(earlier->R),
                  after = rotationVector(later->R), bend = after - 2 * measured + before;
   const Predicted predicted =
       predict(learnt.mean, measured + 0.5 * bend, (after - before) / (2 * step), pair.to - pair.from);
-  const Matrix3d noise = pair.covariance + middle->covariance + 0.5 * bend * bend.transpose() +
+  const Matrix3d noise = pair.covariance + middle->covariance + predicted.errors + 0.5 * bend * bend.transpose() +
                          kVisualFloor * kVisualFloor * Matrix3d::Identity();
   const Vector3d residual = pair.rotation - predicted.rotation;
   const Eigen::Matrix<double, 7, 3> weighted = predicted.derivative.transpose() * noise.inverse();
@@ -98,7 +104,7 @@ std::optional<RotationPrior> SensorCalibration::correct(const RotationBetween& s
   const Vector3d by_offset = earlier ? Vector3d((measured - rotationVector(earlier->R)) / step) : Vector3d::Zero();
   const Predicted predicted = predict(known_.mean, measured, by_offset, to - from);
   prior->R = rotationFromVector(predicted.rotation);
-  prior->covariance += predicted.derivative * known_.covariance * predicted.derivative.transpose();
+  prior->covariance += predicted.errors + predicted.derivative * known_.covariance * predicted.derivative.transpose();
   if (prior->rates) {
     for (Vector3d* rate : {&prior->rates->reference, &prior->rates->current}) {
       *rate = predict(known_.mean, *rate, Vector3d::Zero(), 1).rotation;
@@ -122,7 +128,8 @@ std::vector<std::pair<std::string, std::string>> SensorCalibration::found(const 
   }
   if ((mounting.array().abs() > (kSignificant * spread).array().max(kUsualMount)).any()) {
     sentences.emplace_back("mounting of " + key,
-                           sensor + " is mounted otherwise than tf says, which is corrected; rotate the camera in tf by " +
+                           sensor +
+                               " is mounted otherwise than tf says, which is corrected; rotate the camera in tf by " +
                                triple(-kDegrees * mounting, "%.2f") + " degrees (standard deviations " +
                                triple(kDegrees * spread, "%.2f") + ") about its x, y and z");
   }

@@ -32,10 +32,12 @@ class SensorCalibration {
   /// `bias_sigma`: of the rates that the sensor shows at rest, rad/s.
   explicit SensorCalibration(double bias_sigma);
 
-  /// Learns from a pair, as soon as the sensor knows more than it. One with the start of the pair before replaces it, as
-  /// while the reference is held.
+  /// Learns from a pair, as soon as the sensor knows more than it. One with the start of the pair before replaces it,
+  /// as while the reference is held.
   void add(const SeenRotation& pair, const RotationBetween& sensor);
 
+  /// Factor on the covariances of pairs that their residuals ask for.
+  double dispersion() const { return constants_.dispersion(); }
   /// Seconds by which the stamps of the sensor are late, as far as known.
   double timeOffset() const { return known_.mean[kTimeOffset]; }
   /// The sensor's rotation between two stamps of images, corrected, with the covariance of the correction.
@@ -50,10 +52,11 @@ class SensorCalibration {
  private:
   static constexpr int kMounting = 0, kTimeOffset = 3, kBias = 4;
   using Constants = StreamConstants<7>;  ///< rotation vector, radians; seconds; rad/s, axes of the camera by tf
-  /// A rotation and its derivative by the constants.
+  /// A rotation, its derivative by the constants, and the covariance of what differs from pair to pair.
   struct Predicted {
     Eigen::Vector3d rotation;
     Eigen::Matrix<double, 3, 7> derivative;
+    Eigen::Matrix3d errors;
   };
   static Predicted predict(const Constants::Vector& constants, const Eigen::Vector3d& measured,
                            const Eigen::Vector3d& by_offset, double seconds);

@@ -140,8 +140,8 @@ RotationComparison compared(const Matrix3d& axes) {
     const Vector3d visual = rotationVector(rotationBetween(from, from + kFrame)) + 5e-4 * noise;
     TrackMotion rotation;
     if (!gyro.between(from, from + kFrame, rotation).empty()) continue;
-    comparison.add({from, from + kFrame, visual, axes * rotationVector(rotation.motion.linear()),
-                    1e-6 * Matrix3d::Identity()});
+    comparison.add(
+        {from, from + kFrame, visual, axes * rotationVector(rotation.motion.linear()), 1e-6 * Matrix3d::Identity()});
   }
   return comparison;
 }

@@ -16,11 +16,11 @@
 #include "processor_stream.h"
 #include "says.h"
 #include "scenes/scene.h"
+#include "scenes/two_view_scene.h"
 #include "shaking_hand.h"
 #include "shared_data.h"
 #include "stream/odometry.h"
 #include "support/random.h"
-#include "scenes/two_view_scene.h"
 
 namespace gms_ransac {
 namespace {
@@ -292,8 +292,7 @@ TEST(StandingStill, FindsTheBiasAndDoesNotDrift) {
   const Vector3d drift = rotationVector(end.pose.linear());
   RecordProperty("rotated_degrees", std::to_string(drift.norm() * 180 / 3.14159265358979323846));
   RecordProperty("moved", std::to_string(end.pose.translation().norm()));
-  const Matrix3d covariance =
-      end.pose_covariance.bottomRightCorner<3, 3>() + vibrates;
+  const Matrix3d covariance = end.pose_covariance.bottomRightCorner<3, 3>() + vibrates;
   EXPECT_LT(drift.dot(covariance.inverse() * drift), 11.34);
   const Vector3d moved = end.pose.translation();
   EXPECT_LT(moved.dot(end.pose_covariance.topLeftCorner<3, 3>().inverse() * moved), 11.34);

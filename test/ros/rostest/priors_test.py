@@ -16,7 +16,7 @@ from sensor_msgs.msg import Imu
 
 from graph import HEIGHT, WIDTH, Scene, camera_info, client_of, data_folder, run, said_by, vector
 
-PERIOD, STILL, MOVING = 1 / 30.0, 8, 36  # seconds; images before and while the camera moves
+PERIOD, STILL, MOVING = 1 / 30.0, 8, 80  # seconds; images before and while the camera moves
 RATE = 200.0  # Hz, of the gyro
 BIAS = np.array([0.02, -0.03, 0.01])  # rad/s, in the gyro's axes
 LATE = 0.05  # seconds
