@@ -5,9 +5,9 @@
 #include <Eigen/LU>
 
 #include "fuzz_input.h"
-#include "priors/gyro_bias.h"
 #include "priors/motion_track.h"
 #include "priors/rotation_comparison.h"
+#include "priors/sensor_calibration.h"
 #include "priors/wheel_check.h"
 #include "two_view/pose_model.h"
 
@@ -43,13 +43,13 @@ void checkTrack(const Track& track, double from, double to) {
 void checkTracks(FuzzInput& input) {
   GyroTrack gyro;
   OdometryTrack wheels;
-  GyroBias bias;
+  SensorCalibration calibration(0.05);
   RotationComparison comparison;
   double stamp = 1000;
-  const auto prior = [&gyro](double from, double to) -> std::optional<Vector3d> {
+  const auto prior = [&gyro](double from, double to) -> std::optional<RotationPrior> {
     TrackMotion motion;
     if (!gyro.between(from, to, motion).empty()) return std::nullopt;
-    return rotationVector(motion.motion.linear());
+    return RotationPrior{motion.motion.linear(), motion.variance * Eigen::Matrix3d::Identity(), {}};
   };
   for (int i = 0; i < 200 && !input.empty(); ++i) {
     const double before = stamp;
@@ -67,17 +67,19 @@ void checkTracks(FuzzInput& input) {
       sample.velocity_variance = std::max(0.0, input.number(0, 1));
       wheels.add(sample);
     } else if (const auto rotation = prior(before - 0.2, before)) {
-      const ComparedRotation pair = {before - 0.2, before, *rotation + 0.01 * fuzzedVector(input, 1), *rotation,
+      const Vector3d measured = rotationVector(rotation->R);
+      const ComparedRotation pair = {before - 0.2, before, measured + 0.01 * fuzzedVector(input, 1), measured,
                                      1e-6 * (1 + input.byte()) * Eigen::Matrix3d::Identity()};
-      bias.add(pair);
+      calibration.add({pair.from, pair.to, pair.visual, pair.covariance}, prior);
       comparison.add(pair);
+      const auto corrected = calibration.correct(prior, pair.from, pair.to);
+      demand(!corrected || (corrected->R.allFinite() && corrected->covariance.allFinite()), "a prior is finite");
     }
     checkTrack(gyro, stamp - input.within(0, 2), stamp);
     checkTrack(wheels, stamp - input.within(0, 2), stamp);
   }
-  const auto offset = comparison.timeOffset(prior);
-  demand(!offset || (std::isfinite(offset->seconds) && std::isfinite(offset->sigma)), "an offset is finite");
-  demand(comparison.doubt(offset).size() < 1000, "a doubt is short");
+  demand(std::isfinite(calibration.timeOffset()), "an offset is finite");
+  demand(comparison.doubt().size() < 1000, "a doubt is short");
 }
 
 void checkWheels(FuzzInput& input) {

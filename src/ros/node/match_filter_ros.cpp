@@ -322,6 +322,7 @@ class MatchFilterRos {
     if (!report.error.empty()) throttle_.error("input", report.error);
     report.unpaired = input_->unpaired();
     if (priors_) report.priors = priors_->report();
+    for (const auto& [key, sentence] : report.priors.found) throttle_.infoOnce(key, sentence);
     const std::string &registration = graph_watch_.problem(), no_clock = received_ > 0 ? clockProblem() : std::string();
     if (!no_clock.empty()) throttle_.warn("clock", no_clock);
     report.graph = !registration.empty() ? registration : !no_clock.empty() ? no_clock : outputs_->refusal();

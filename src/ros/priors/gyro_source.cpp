@@ -1,10 +1,8 @@
 #include "priors/gyro_source.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <sensor_msgs/Imu.h>
-#include <opencv2/core.hpp>
 
 #include "frames.h"
 #include "two_view/pose_model.h"
@@ -14,13 +12,12 @@ namespace gms_ransac {
 namespace {
 
 constexpr uint32_t kImuQueue = 1000;  // a second of a fast IMU
-// Of extrinsics that were measured with a ruler, radians; and of the stamps of two drivers, seconds.
-constexpr double kMountSigma = 0.01, kStampSigma = 0.002;
+constexpr double kBiasSigma = 0.05;   // rad/s: three degrees a second, a cheap MEMS gyro's zero-rate offset
 
 }  // namespace
 
 GyroSource::GyroSource(const ros::NodeHandle& nh, const Parameters& parameters, TfLookup& tf)
-    : RotationSource(parameters.image_time_offset),
+    : RotationSource(nh.resolveName("imu"), parameters.image_time_offset, kBiasSigma),
       nh_(nh),
       imu_frame_(parameters.imu_frame),
       gyro_(nh.resolveName("imu"), tf) {}
@@ -45,28 +42,13 @@ void GyroSource::start(const std::function<void()>& arrived) {
       nh_.subscribe<sensor_msgs::Imu>("imu", kImuQueue, add, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
 }
 
-GyroBias GyroSource::bias() const {
-  std::lock_guard<std::mutex> lock(mutex_);
-  return bias_;
-}
-
 std::string GyroSource::integrate(const PriorQuery& query, RotationPrior& prior) const {
-  TrackMotion rotation, earlier;
+  TrackMotion rotation;
   Eigen::Isometry3d camera_in_imu;
   std::string problem = gyro_.between(query, rotation, camera_in_imu);
   if (!problem.empty()) return problem;
-  const GyroBias known = bias();
-  const double seconds = query.to - query.from;
-  const Eigen::Matrix3d less_bias = rotationFromVector(-0.5 * seconds * known.bias());
-  prior.R =
-      camera_in_imu.linear().transpose() * less_bias * rotation.motion.linear() * less_bias * camera_in_imu.linear();
-  const double mount = kMountSigma * rotationVector(prior.R).norm();
-  double variance = rotation.variance + seconds * seconds * known.variance() + mount * mount;
-  // The change if the stamps were late by their standard deviation.
-  if (gyro_.between(query.from - kStampSigma, query.to - kStampSigma, earlier).empty()) {
-    variance += rotationVector(rotation.motion.linear().transpose() * earlier.motion.linear()).squaredNorm();
-  }
-  prior.covariance = variance * Eigen::Matrix3d::Identity();
+  prior.R = camera_in_imu.linear().transpose() * rotation.motion.linear() * camera_in_imu.linear();
+  prior.covariance = rotation.variance * Eigen::Matrix3d::Identity();
   return std::string();
 }
 
@@ -89,25 +71,6 @@ RotationAnswer GyroSource::measure(const PriorQuery& query) {
   if (answer.problem.empty()) answer.problem = rateAt(query.to, rates.current);
   if (answer.problem.empty()) answer.prior->rates = rates;
   return answer;
-}
-
-void GyroSource::calibrate(const PriorQuery& query, const RotationPrior& visual) {
-  TrackMotion rotation;
-  Eigen::Isometry3d camera_in_imu;
-  if (!gyro_.between(query, rotation, camera_in_imu).empty()) return;
-  const Eigen::Matrix3d& axes = camera_in_imu.linear();
-  std::lock_guard<std::mutex> lock(mutex_);
-  bias_.add({query.from, query.to, axes * rotationVector(visual.R), rotationVector(rotation.motion.linear()),
-             rotation.variance * Eigen::Matrix3d::Identity() + axes * visual.covariance * axes.transpose()});
-}
-
-void GyroSource::describe(PriorReport& report) {
-  const GyroBias known = bias();
-  const Eigen::Vector3d& rate = known.bias();
-  report.values.emplace_back(
-      "gyro bias (rad/s)", known.known() ? cv::format("(%.4f, %.4f, %.4f), standard deviation %.4f", rate.x(), rate.y(),
-                                                      rate.z(), std::sqrt(known.variance()))
-                                         : "unknown: the camera has not been at rest yet");
 }
 
 }  // namespace gms_ransac

@@ -1,13 +1,11 @@
-// The rotation that the gyro of an IMU measures, less its bias, which is estimated while the images show no rotation.
+// The rotation that the gyro of an IMU measures.
 #pragma once
 
-#include <mutex>
 #include <string>
 
 #include <ros/node_handle.h>
 
 #include "parameters.h"
-#include "priors/gyro_bias.h"
 #include "priors/prior_source.h"
 #include "priors/sensor_track.h"
 
@@ -20,21 +18,16 @@ class GyroSource : public RotationSource {
 
   void start(const std::function<void()>& arrived) override;
   void stop() override { subscriber_.shutdown(); }
-  bool reaches(const PriorQuery& query) override { return gyro_.reaches(query.to + 0.5 * query.readout); }
 
  private:
   RotationAnswer measure(const PriorQuery& query) override;
-  void calibrate(const PriorQuery& query, const RotationPrior& visual) override;
-  void describe(PriorReport& report) override;
+  bool covers(const PriorQuery& query) override { return gyro_.reaches(query.to + 0.5 * query.readout); }
   /// Sets `prior` without rates. Returns what is missing.
   std::string integrate(const PriorQuery& query, RotationPrior& prior) const;
-  GyroBias bias() const;
 
   ros::NodeHandle nh_;
   const std::string imu_frame_;  ///< of the gyro's axes; empty: that of the messages
   SensorTrack<GyroTrack> gyro_;
-  mutable std::mutex mutex_;  ///< guards the next
-  GyroBias bias_;
   ros::Subscriber subscriber_;  ///< last: its callback may run until it is gone
 };
 

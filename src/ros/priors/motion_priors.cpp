@@ -21,19 +21,19 @@ MotionPriors::MotionPriors(const ros::NodeHandle& nh, const Parameters& paramete
   const bool asks_tf =
       parameters.scale != ScaleMode::kGround || !parameters.base_frame.empty() || kind != RotationPriorKind::kNone;
   if (asks_tf) tf_ = std::make_unique<TfLookup>(nh);
-  std::shared_ptr<WheelTrack> wheels;
+  std::shared_ptr<WheelRotation> wheels;
   if (kind == RotationPriorKind::kOdom || parameters.scale == ScaleMode::kOdometry) {
-    wheels = std::make_shared<WheelTrack>(nh, *tf_);
+    wheels = std::make_shared<WheelRotation>(nh, parameters, *tf_);
   }
   if (kind == RotationPriorKind::kImu) {
     rotation_ = std::make_unique<GyroSource>(nh, parameters, *tf_);
   } else if (kind == RotationPriorKind::kTf) {
     rotation_ = std::make_unique<TfSource>(parameters, *tf_);
   } else if (kind == RotationPriorKind::kOdom) {
-    rotation_ = std::make_unique<WheelRotation>(parameters, wheels);
+    rotation_ = wheels;
   }
   if (parameters.scale == ScaleMode::kOdometry) {
-    length_ = std::make_unique<WheelLength>(wheels);
+    length_ = std::make_unique<WheelLength>(wheels, rotation_ != wheels);
   } else if (parameters.scale == ScaleMode::kGround) {
     length_ = std::make_unique<GroundSource>(parameters, tf_.get());
   }
@@ -69,6 +69,7 @@ PriorReport MotionPriors::report() const {
   if (!rotation_) return length_->report();
   PriorReport report = rotation_->report();
   const PriorReport of_length = length_ ? length_->report() : PriorReport();
+  report.found.insert(report.found.end(), of_length.found.begin(), of_length.found.end());
   if (report.doubtful || !of_length.doubtful) return report;
   report.doubtful = true;
   report.summary = of_length.summary;

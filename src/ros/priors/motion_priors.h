@@ -47,7 +47,7 @@ class MotionPriors {
   const double image_time_offset_;
   std::atomic<double> readout_{0};
   std::unique_ptr<TfLookup> tf_;  ///< null: not used
-  std::unique_ptr<RotationSource> rotation_;
+  std::shared_ptr<RotationSource> rotation_;
   std::unique_ptr<LengthSource> length_;
 };
 

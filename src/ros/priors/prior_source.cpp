@@ -15,56 +15,57 @@ constexpr double kPoseFloor = 0.005, kPoseShare = 0.05;
 
 }  // namespace
 
+PriorQuery RotationSource::onSensorClock(PriorQuery query) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  query.from += calibration_.timeOffset();
+  query.to += calibration_.timeOffset();
+  return query;
+}
+
 RotationAnswer RotationSource::ask(const PriorQuery& query) {
   RotationAnswer answer;
+  const auto sensor = [&](double from, double to) {
+    RotationAnswer measured = measure({query.camera_frame, from, to, answer.prior ? 0 : query.readout});
+    if (!answer.prior) answer = measured;
+    return measured.prior;
+  };
+  std::lock_guard<std::mutex> lock(mutex_);
   answer.problem = "the reference is not before the current image";
-  if (query.from < query.to) answer = measure(query);
+  if (query.from < query.to) answer.prior = calibration_.correct(sensor, query.from, query.to);
   answer.query = query;
   if (!answer.problem.empty()) {
     answer.problem.insert(0, answer.prior ? "no rotation during the readout: " : "no rotation prior: ");
   }
-  std::lock_guard<std::mutex> lock(mutex_);
-  history_.last = query;
-  history_.problem = answer.problem;
+  readout_ = query.readout;
+  problem_ = answer.problem;
   return answer;
 }
 
 void RotationSource::compare(const RotationAnswer& answer, const RobustResult& seen) {
   const PriorQuery& query = answer.query;
-  RotationPrior visual;
-  visual.R = seen.judgement.pose.R;
-  visual.covariance = seen.judgement.pose.covariance.bottomRightCorner<3, 3>();
-  calibrate(query, visual);
+  const Eigen::Vector3d visual = rotationVector(seen.judgement.pose.R);
+  const Eigen::Matrix3d covariance = seen.judgement.pose.covariance.bottomRightCorner<3, 3>();
+  const auto sensor = [&](double from, double to) { return measure({query.camera_frame, from, to}).prior; };
   std::lock_guard<std::mutex> lock(mutex_);
-  history_.pairs_by_rates += seen.row_correction == RowCorrection::kPrior;
-  history_.comparison.add({query.from, query.to, rotationVector(visual.R), rotationVector(answer.prior->R),
-                           visual.covariance + answer.prior->covariance});
+  calibration_.add({query.from, query.to, visual, covariance}, sensor);
+  pairs_by_rates_ += seen.row_correction == RowCorrection::kPrior;
+  comparison_.add({query.from, query.to, visual, rotationVector(answer.prior->R),
+                   calibration_.dispersion() * (covariance + answer.prior->covariance)});
 }
 
 PriorReport RotationSource::report() {
-  const History history = [this] {
-    std::lock_guard<std::mutex> lock(mutex_);
-    return history_;
-  }();
-  const RotationComparison& comparison = history.comparison;
-  const auto rotationBetween = [&](double from, double to) -> std::optional<Eigen::Vector3d> {
-    const RotationAnswer answer = measure({history.last.camera_frame, from, to});
-    return answer.prior ? std::optional(rotationVector(answer.prior->R)) : std::nullopt;
-  };
-  const std::optional<TimeOffset> offset = comparison.timeOffset(rotationBetween);
+  std::lock_guard<std::mutex> lock(mutex_);
   PriorReport report;
-  report.summary = comparison.doubt(offset);
-  if (report.summary.empty()) report.summary = history.problem;
+  report.summary = comparison_.doubt();
+  if (report.summary.empty()) report.summary = problem_;
   report.doubtful = !report.summary.empty();
-  if (!report.doubtful) report.summary = comparison.agreement();
-  describe(report);
+  if (!report.doubtful) report.summary = comparison_.agreement();
+  report.found = calibration_.found(name_, image_time_offset_);
+  report.values = calibration_.values(image_time_offset_);
   const auto add = [&](const char* key, const std::string& value) { report.values.emplace_back(key, value); };
-  add("pairs compared", std::to_string(comparison.pairs()));
-  if (history.last.readout > 0) add("pairs corrected for readout", std::to_string(history.pairs_by_rates));
-  add("contradicting", std::to_string(std::lround(100 * comparison.contradicting())) + " %");
-  add("~image_time_offset (s)",
-      offset ? cv::format("%.4f, standard deviation %.4f", image_time_offset_ + offset->seconds, offset->sigma)
-             : "unknown: too little rotation");
+  add("pairs compared", std::to_string(comparison_.pairs()));
+  if (readout_ > 0) add("pairs corrected for readout", std::to_string(pairs_by_rates_));
+  add("contradicting", std::to_string(std::lround(100 * comparison_.contradicting())) + " %");
   return report;
 }
 

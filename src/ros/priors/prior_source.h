@@ -13,6 +13,7 @@
 #include "gms_ransac/robust_result.h"
 #include "gms_ransac/triangulation.h"
 #include "priors/rotation_comparison.h"
+#include "priors/sensor_calibration.h"
 #include "scale/ground_scale.h"
 #include "scale/translation_scale.h"
 
@@ -49,6 +50,7 @@ struct PriorReport {
   bool doubtful = false;
   std::string summary;
   std::vector<std::pair<std::string, std::string>> values;
+  std::vector<std::pair<std::string, std::string>> found;  ///< sentences on calibration, each with its key
 };
 
 /// `reaches` and `report` may be called from any thread, the rest from one.
@@ -68,33 +70,35 @@ class PriorSource {
 
 class RotationSource : public PriorSource {
  public:
-  /// `image_time_offset`: what was added to the stamps of the images, for the report.
-  explicit RotationSource(double image_time_offset) : image_time_offset_(image_time_offset) {}
+  /// `name` and `image_time_offset`, which was added to the stamps of the images, for the report. `bias_sigma`: of
+  /// the rates at rest, rad/s.
+  RotationSource(std::string name, double image_time_offset, double bias_sigma = 0)
+      : name_(std::move(name)), image_time_offset_(image_time_offset), calibration_(bias_sigma) {}
+  bool reaches(const PriorQuery& query) override { return covers(onSensorClock(query)); }
+  /// The query with the time offset that the images have shown.
+  PriorQuery onSensorClock(PriorQuery query) const;
   /// Rotation of the camera between the two images. A problem is a sentence.
   RotationAnswer ask(const PriorQuery& query);
-  /// Compares an answer that has a prior with the images; `seen` has a pose.
+  /// Compares an answer that has a prior with the images, and learns from it; `seen` has a pose.
   void compare(const RotationAnswer& answer, const RobustResult& seen);
-  /// How well source and images agree, and what explains it if they do not. Takes milliseconds.
+  /// How well source and images agree, and what explains it if they do not.
   PriorReport report() override;
 
  private:
   /// A problem is the end of a sentence: what is missing for the prior or, if there is one, for its rates. May be
   /// called from any thread.
   virtual RotationAnswer measure(const PriorQuery& query) = 0;
-  /// Corrects the source by the rotation that the images show.
-  virtual void calibrate(const PriorQuery& /*query*/, const RotationPrior& /*visual*/) {}
-  /// Adds what the source knows of itself.
-  virtual void describe(PriorReport& /*report*/) {}
+  /// As reaches(), on the sensor's clock.
+  virtual bool covers(const PriorQuery& /*query*/) { return true; }
 
-  struct History {
-    RotationComparison comparison;
-    PriorQuery last;
-    std::string problem;     ///< of the last answer
-    int pairs_by_rates = 0;  ///< corrected for the rolling shutter by the rates
-  };
+  const std::string name_;
   const double image_time_offset_;
-  std::mutex mutex_;  ///< guards the next
-  History history_;
+  mutable std::mutex mutex_;  ///< guards what follows
+  SensorCalibration calibration_;
+  RotationComparison comparison_;
+  std::string problem_;     ///< of the last answer
+  double readout_ = 0;      ///< of the last query
+  int pairs_by_rates_ = 0;  ///< corrected for the rolling shutter by the rates
 };
 
 class LengthSource : public PriorSource {

@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <utility>
-#include <vector>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -20,12 +17,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// Squared distances of so much and more pull no further (Geman & McClure).
-constexpr double kBend = 9;
-/// Steps of the search for a shift, seconds: a hand shakes with 10 Hz at the most.
-constexpr double kFirstStep = 0.02, kLastStep = 0.00125;
-/// An offset less certain than this is none: a third of a frame of a 30 Hz camera.
-constexpr double kLargestOffsetSigma = 0.01;
 /// An explanation leaves at most this share of the contradictions.
 constexpr double kExplained = 0.2;
 /// Axes are those of another convention if they are so near to signed axes.
@@ -77,65 +68,6 @@ double RotationComparison::contradicting(const Matrix3d& axes) const {
          static_cast<double>(std::max<size_t>(1, compared_.size()));
 }
 
-RotationComparison::Fit RotationComparison::fit(const RotationBetween& prior, double shift) const {
-  std::vector<std::pair<const ComparedRotation*, Vector3d>> differences;
-  Matrix3d information = Matrix3d::Zero();
-  Vector3d sum = Vector3d::Zero();
-  for (const ComparedRotation& pair : compared_) {
-    const auto rotation = prior(pair.from + shift, pair.to + shift);
-    if (!rotation) continue;
-    const Vector3d difference = pair.visual - *rotation;
-    const double seconds = pair.to - pair.from, root = kBend / (kBend + squaredDistance(difference, pair.covariance));
-    const Matrix3d weight = root * root * seconds * pair.covariance.inverse();
-    information += seconds * weight;
-    sum += weight * difference;
-    differences.emplace_back(&pair, difference);
-  }
-  Fit fit = {std::numeric_limits<double>::infinity(), differences.size(), 0};
-  if (2 * fit.pairs < compared_.size()) return fit;
-  const Vector3d bias = information.inverse() * sum;
-  double cost = 0;
-  for (const auto& [pair, difference] : differences) {
-    const double squared = squaredDistance(difference - (pair->to - pair->from) * bias, pair->covariance);
-    cost += kBend * squared / (kBend + squared);
-    fit.contradicting += squared > kRotationChi2;
-  }
-  if (std::isfinite(cost)) fit.cost = cost / static_cast<double>(fit.pairs);
-  return fit;
-}
-
-std::optional<TimeOffset> RotationComparison::timeOffset(const RotationBetween& prior) const {
-  if (compared_.size() < kFewest) return std::nullopt;
-  double shift = 0;
-  Fit best = fit(prior, shift);
-  const auto tryAt = [&](double other) {
-    const Fit tried = fit(prior, other);
-    if (!(tried.cost < best.cost)) return;
-    best = tried;
-    shift = other;
-  };
-  const int steps = static_cast<int>(std::lround(kLargestOffset / kFirstStep));
-  for (int k = -steps; k <= steps; ++k) tryAt(k * kFirstStep);
-  for (double step = kFirstStep / 2; step >= kLastStep; step /= 2) {
-    const double middle = shift;
-    tryAt(middle - step);
-    tryAt(middle + step);
-  }
-  // The vertex of the parabola through three costs, which are squares in standard deviations, and its curvature.
-  const double earlier = fit(prior, shift - kLastStep).cost, later = fit(prior, shift + kLastStep).cost;
-  const double curvature = (earlier - 2 * best.cost + later) / (kLastStep * kLastStep);
-  const auto pairs = static_cast<double>(best.pairs);
-  // The residuals scale the covariances, but never down.
-  const double scale = std::max(1.0, best.cost * pairs / std::max(1.0, 3 * pairs - 4));
-  TimeOffset offset;
-  offset.seconds = shift - (later - earlier) / (2 * kLastStep * curvature);
-  offset.sigma = std::sqrt(2 * scale / (pairs * curvature));
-  offset.explains = static_cast<double>(best.contradicting) <= kExplained * pairs;
-  const bool determined = best.pairs >= kFewest && std::abs(offset.seconds) <= kLargestOffset + kLastStep &&
-                          offset.sigma <= kLargestOffsetSigma;  // false for what is not finite
-  return determined ? std::optional(offset) : std::nullopt;
-}
-
 Matrix3d RotationComparison::bestAxes() const {
   Matrix3d sum = Matrix3d::Zero();
   for (const ComparedRotation& pair : compared_) sum += pair.visual * pair.prior.transpose() / pair.covariance.trace();
@@ -144,23 +76,17 @@ Matrix3d RotationComparison::bestAxes() const {
   return svd.matrixU() * svd.matrixV().transpose();
 }
 
-std::string RotationComparison::doubt(const std::optional<TimeOffset>& offset) const {
+std::string RotationComparison::doubt() const {
   if (compared_.size() < kFewest) return std::string();
   const double share = contradicting();
   if (share <= kDoubtful) return std::string();
   const std::string what = cv::format("the rotation prior contradicts the images in %.0f %% of the last %zu pairs",
                                       100 * share, compared_.size());
-  if (offset && offset->explains) {
-    return what + cv::format(
-                      ": a time offset explains it; add %+.4f s (standard deviation %.4f s) to "
-                      "~image_time_offset",
-                      offset->seconds, offset->sigma);
-  }
   const Matrix3d axes = bestAxes();
   if (contradicting(axes) > kExplained) {
     return what +
-           "; neither axes, extrinsics nor a time offset explain it: check that the sensor is on the camera's body, "
-           "its units (radians), and the camera's calibration";
+           "; neither axes, extrinsics nor a time offset of 0.1 s explain it: check that the sensor is on the camera's "
+           "body, its clock, its units (radians), and the camera's calibration";
   }
   const std::string remedy = "; correct the tf from the camera's optical frame to the sensor";
   const bool along_axes = axes.cwiseAbs().rowwise().maxCoeff().minCoeff() > kAlongAxis;

@@ -4,7 +4,7 @@
 
 namespace gms_ransac {
 
-bool TfSource::reaches(const PriorQuery& query) {
+bool TfSource::covers(const PriorQuery& query) {
   Eigen::Isometry3d unused;
   return tf_.get(fixed_frame_, query.camera_frame, query.to, unused).empty();
 }

@@ -13,11 +13,11 @@ class TfLookup;
 class TfSource : public RotationSource {
  public:
   TfSource(const Parameters& parameters, TfLookup& tf)
-      : RotationSource(parameters.image_time_offset), fixed_frame_(parameters.prior_frame), tf_(tf) {}
-  bool reaches(const PriorQuery& query) override;
+      : RotationSource("tf", parameters.image_time_offset), fixed_frame_(parameters.prior_frame), tf_(tf) {}
 
  private:
   RotationAnswer measure(const PriorQuery& query) override;
+  bool covers(const PriorQuery& query) override;
 
   const std::string fixed_frame_;
   TfLookup& tf_;

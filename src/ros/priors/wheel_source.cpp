@@ -34,9 +34,12 @@ OdometrySample toSample(const nav_msgs::Odometry& odometry) {
 
 }  // namespace
 
-WheelTrack::WheelTrack(const ros::NodeHandle& nh, TfLookup& tf) : nh_(nh), wheels_(nh.resolveName("prior_odom"), tf) {}
+WheelRotation::WheelRotation(const ros::NodeHandle& nh, const Parameters& parameters, TfLookup& tf)
+    : RotationSource(nh.resolveName("prior_odom"), parameters.image_time_offset),
+      nh_(nh),
+      wheels_(nh.resolveName("prior_odom"), tf) {}
 
-void WheelTrack::start(const std::function<void()>& arrived) {
+void WheelRotation::start(const std::function<void()>& arrived) {
   if (subscriber_) return;
   wheels_.clear();
   const auto add = [this, arrived](const nav_msgs::OdometryConstPtr& odometry) {
@@ -49,7 +52,7 @@ void WheelTrack::start(const std::function<void()>& arrived) {
                                                   ros::TransportHints().tcpNoDelay());
 }
 
-std::string WheelTrack::between(const PriorQuery& query, TrackMotion& motion) const {
+std::string WheelRotation::between(const PriorQuery& query, TrackMotion& motion) const {
   Eigen::Isometry3d camera_in_body;
   std::string problem = wheels_.between(query, motion, camera_in_body);
   if (problem.empty()) motion.motion = camera_in_body.inverse() * motion.motion * camera_in_body;
@@ -59,16 +62,20 @@ std::string WheelTrack::between(const PriorQuery& query, TrackMotion& motion) co
 RotationAnswer WheelRotation::measure(const PriorQuery& query) {
   TrackMotion odometry;
   RotationAnswer answer;
-  answer.problem = wheels_->between(query, odometry);
+  answer.problem = between(query, odometry);
   if (answer.problem.empty()) answer.prior = priorOfPoses(odometry.motion.linear());
   return answer;
 }
 
 LengthAnswer WheelLength::measure(const PriorQuery& query, const PairSeen& pair) {
+  if (learns_ && pair.seen.judgement.pose_found) {
+    const RotationAnswer rotation = wheels_->ask(query);
+    if (rotation.prior) wheels_->compare(rotation, pair.seen);
+  }
   TrackMotion odometry;
   LengthAnswer answer;
-  answer.problem =
-      query.from < query.to ? wheels_->between(query, odometry) : "the reference is not before the current image";
+  answer.problem = query.from < query.to ? wheels_->between(wheels_->onSensorClock(query), odometry)
+                                         : "the reference is not before the current image";
   if (answer.problem.empty()) answer.problem = check_.judge(odometry.motion.translation(), pair.seen);
   if (!answer.problem.empty()) return answer;
   const double length = odometry.motion.translation().norm();
@@ -76,6 +83,15 @@ LengthAnswer WheelLength::measure(const PriorQuery& query, const PairSeen& pair)
   const double variance = std::max(share * share, odometry.variance * seconds);
   answer.length = {length, std::sqrt(variance + kWheelTick * kWheelTick) / std::max(length, kWheelTick), 1};
   return answer;
+}
+
+PriorReport WheelLength::report() {
+  PriorReport report = LengthSource::report();
+  if (!learns_) return report;
+  PriorReport of_rotation = wheels_->report();
+  report.values = std::move(of_rotation.values);
+  report.found = std::move(of_rotation.found);
+  return report;
 }
 
 }  // namespace gms_ransac

@@ -14,49 +14,40 @@
 
 namespace gms_ransac {
 
-/// The topic `prior_odom`, shared by the two sources below.
-class WheelTrack {
+class WheelRotation : public RotationSource {
  public:
-  WheelTrack(const ros::NodeHandle& nh, TfLookup& tf);
+  /// Reads the topic `prior_odom` of `nh`.
+  WheelRotation(const ros::NodeHandle& nh, const Parameters& parameters, TfLookup& tf);
 
-  /// Subscribes, and forgets what came before, unless that was done already.
-  void start(const std::function<void()>& arrived);
-  void stop() { subscriber_ = ros::Subscriber(); }
-  bool reaches(double stamp) const { return wheels_.reaches(stamp); }
-  /// Motion of the camera in its own axes.
+  /// Unless that was done already.
+  void start(const std::function<void()>& arrived) override;
+  void stop() override { subscriber_ = ros::Subscriber(); }
+  /// Motion of the camera in its own axes. `query`: on the sensor's clock.
   std::string between(const PriorQuery& query, TrackMotion& motion) const;
 
  private:
+  RotationAnswer measure(const PriorQuery& query) override;
+  bool covers(const PriorQuery& query) override { return wheels_.reaches(query.to); }
+
   ros::NodeHandle nh_;
   SensorTrack<OdometryTrack> wheels_;
   ros::Subscriber subscriber_;  ///< last: its callback may run until it is gone
 };
 
-class WheelRotation : public RotationSource {
- public:
-  WheelRotation(const Parameters& parameters, std::shared_ptr<WheelTrack> wheels)
-      : RotationSource(parameters.image_time_offset), wheels_(std::move(wheels)) {}
-  void start(const std::function<void()>& arrived) override { wheels_->start(arrived); }
-  void stop() override { wheels_->stop(); }
-  bool reaches(const PriorQuery& query) override { return wheels_->reaches(query.to); }
-
- private:
-  RotationAnswer measure(const PriorQuery& query) override;
-
-  const std::shared_ptr<WheelTrack> wheels_;
-};
-
 class WheelLength : public LengthSource {
  public:
-  explicit WheelLength(std::shared_ptr<WheelTrack> wheels) : wheels_(std::move(wheels)) {}
+  /// `learns`: compares their rotation with the images, which nobody else does.
+  WheelLength(std::shared_ptr<WheelRotation> wheels, bool learns) : wheels_(std::move(wheels)), learns_(learns) {}
   void start(const std::function<void()>& arrived) override { wheels_->start(arrived); }
   void stop() override { wheels_->stop(); }
-  bool reaches(const PriorQuery& query) override { return wheels_->reaches(query.to); }
+  bool reaches(const PriorQuery& query) override { return wheels_->reaches(query); }
+  PriorReport report() override;
 
  private:
   LengthAnswer measure(const PriorQuery& query, const PairSeen& pair) override;
 
-  const std::shared_ptr<WheelTrack> wheels_;
+  const std::shared_ptr<WheelRotation> wheels_;
+  const bool learns_;
   WheelCheck check_;
 };
 
