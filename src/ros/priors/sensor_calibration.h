@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 
 #include "gms_ransac/relative_pose.h"
-#include "support/stream_constants.h"
+#include "priors/drifting_constants.h"
 
 namespace gms_ransac {
 
@@ -51,7 +51,7 @@ class SensorCalibration {
 
  private:
   static constexpr int kMounting = 0, kTimeOffset = 3, kBias = 4;
-  using Constants = StreamConstants<7>;  ///< rotation vector, radians; seconds; rad/s, axes of the camera by tf
+  using Constants = DriftingConstants<7>;  ///< rotation vector, radians; seconds; rad/s, axes of the camera by tf
   /// A rotation, its derivative by the constants, and the covariance of what differs from pair to pair.
   struct Predicted {
     Eigen::Vector3d rotation;

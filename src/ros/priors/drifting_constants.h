@@ -1,4 +1,5 @@
-// Constants of a stream, such as the time offset of a sensor, learnt from the pairs.
+// Numbers of a sensor that drift slowly, such as its time offset, learnt from residuals. StreamConstant is for evidence
+// that is linear, without time.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +14,7 @@ namespace gms_ransac {
 /// A Kalman filter on N numbers that drift slowly. A pair has bounded influence, and where the numbers change, the
 /// filter begins anew.
 template <int N>
-class StreamConstants {
+class DriftingConstants {
  public:
   using Vector = Eigen::Matrix<double, N, 1>;
   using Matrix = Eigen::Matrix<double, N, N>;
@@ -33,7 +34,7 @@ class StreamConstants {
 
   /// `prior`: standard deviations about zero; at four of them the filter begins anew. `drift`: deviations of the drift
   /// over a second.
-  StreamConstants(const Vector& prior, const Vector& drift) : prior_(prior), drift_(drift) {}
+  DriftingConstants(const Vector& prior, const Vector& drift) : prior_(prior), drift_(drift) {}
 
   /// Adds a pair `seconds` after the one before. Ignores it if a number is not finite.
   void add(const Evidence& pair, double seconds) {
