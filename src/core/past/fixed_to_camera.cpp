@@ -71,11 +71,18 @@ Part countCells(const std::array<Part, N>& cells) {
 }  // namespace
 
 void FixedToCamera::resolve(Method& method, const Camera& camera, MatchResult& result, const Past* past) {
-  if (!camera.calibrated() || !separate(result.pairs)) return;
+  others_move_ = false;
+  if (!camera.calibrated() || !separate(result.pairs, past != nullptr)) return;
   others_.estimate(method, camera, result);
   if (!contradicts(camera, result.pairs)) return;
   RobustResult& robust = result.robust;
+  const auto fewer = static_cast<double>(std::min(fixed_.size(), others_.rows.size()));
+  if (fewer < kLeastFixed * static_cast<double>(result.size())) {
+    others_move_ = true;
+    return;
+  }
   const double rest = probabilityOfRest(result, past);
+  others_move_ = rest >= kImprobable;
   if (rest < kImprobable) {
     others_.replace(camera, result);
     for (const int row : fixed_) robust.judgement.probability[static_cast<size_t>(row)] = 0;
@@ -88,7 +95,7 @@ void FixedToCamera::resolve(Method& method, const Camera& camera, MatchResult& r
   }
 }
 
-bool FixedToCamera::separate(const PointPairs& pairs) {
+bool FixedToCamera::separate(const PointPairs& pairs, bool few) {
   fixed_.clear();
   others_.rows.clear();
   const auto count = static_cast<size_t>(pairs.size());
@@ -98,7 +105,8 @@ bool FixedToCamera::separate(const PointPairs& pairs) {
     (stayed ? fixed_ : others_.rows).push_back(static_cast<int>(row));
   }
   const double least = std::max<double>(kMinimumMatches, kLeastFixed * static_cast<double>(count));
-  if (static_cast<double>(std::min(fixed_.size(), others_.rows.size())) < least) return false;
+  const double least_others = few ? std::min<double>(least, kEnoughTracks) : least;
+  if (static_cast<double>(fixed_.size()) < least || static_cast<double>(others_.rows.size()) < least_others) return false;
   squares_.clear();
   for (const int row : others_.rows) squares_.push_back(squaredDisplacement(pairs, static_cast<size_t>(row)));
   return nthSmallest(squares_, squares_.size() / 2) > kLeastMotion * kLeastMotion;

@@ -31,6 +31,7 @@ namespace {
 
 constexpr double kWatchPeriod = 1;      // seconds
 constexpr int kSilentPeriods = 5;       // without an image before the log names the silent topic
+constexpr int kPairsBeforeMaskReport = 30;
 constexpr double kSilenceRepeats = 30;  // seconds after which it names it again
 
 /// As the end of a sentence.
@@ -250,6 +251,18 @@ class MatchFilterRos {
              parameters_.name.c_str(), kind.c_str(), 1e3 * static_cast<double>(stats.shutter_readout),
              1e3 * static_cast<double>(stats.shutter_readout_sigma));
   }
+
+  /// Logs once what the stream has shown to be fixed to the camera, when it has been so for a while.
+  void reportMask(const ProcessedFrame& processed) {
+    if (!processed.pair) return;
+    const LearnedMask& mask = processed.pair->result.mask;
+    pairs_with_mask_ = mask.empty() ? 0 : pairs_with_mask_ + 1;
+    if (pairs_with_mask_ != kPairsBeforeMaskReport) return;
+    ROS_INFO("%s: %.0f %% of the view is fixed to the camera (an arm, a bonnet, text, dust) and left out; save "
+             "~learned_mask as ~mask to know it from the start",
+             parameters_.name.c_str(), 100 * mask.share());
+  }
+
   void publish(const ProcessedFrame& processed, const OutputOptions& options) {
     ++processed_;
     if (processed.continuity != Continuity::kContinuous) ++resets_;
@@ -272,6 +285,7 @@ class MatchFilterRos {
     if (processed.doubt != last_doubt_ && !processed.doubt.empty()) throttle_.warn("doubt", processed.doubt);
     last_doubt_ = processed.doubt;
     reportShutter(*stats);
+    reportMask(processed);
   }
 
   OutputOptions outputOptions() {
@@ -328,6 +342,7 @@ class MatchFilterRos {
   uint32_t processed_ = 0, passed_over_ = 0, resets_ = 0;
   std::string last_doubt_;
   uint8_t last_shutter_ = Shutter::kUnknown;
+  int pairs_with_mask_ = 0;  ///< in a row
 
   std::mutex subscription_mutex_;
   std::atomic<bool> closing_{false}, paused_{false};
