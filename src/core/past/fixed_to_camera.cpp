@@ -74,13 +74,10 @@ void FixedToCamera::resolve(Method& method, const Camera& camera, MatchResult& r
   others_move_ = false;
   if (!camera.calibrated() || !separate(result.pairs, past != nullptr)) return;
   others_.estimate(method, camera, result);
-  if (!contradicts(camera, result.pairs)) return;
   RobustResult& robust = result.robust;
+  others_move_ = explained() && !robust.judgement.translation_observable;
   const auto fewer = static_cast<double>(std::min(fixed_.size(), others_.rows.size()));
-  if (fewer < kLeastFixed * static_cast<double>(result.size())) {
-    others_move_ = true;
-    return;
-  }
+  if (fewer < kLeastFixed * static_cast<double>(result.size()) || !contradicts(camera, result.pairs)) return;
   const double rest = probabilityOfRest(result, past);
   others_move_ = rest >= kImprobable;
   if (rest < kImprobable) {
@@ -112,10 +109,15 @@ bool FixedToCamera::separate(const PointPairs& pairs, bool few) {
   return nthSmallest(squares_, squares_.size() / 2) > kLeastMotion * kLeastMotion;
 }
 
-bool FixedToCamera::contradicts(const Camera& camera, const PointPairs& pairs) {
+bool FixedToCamera::explained() const {
   const RobustResult& motion = others_.robust;
   const double least = std::max<double>(kMinimumMatches, kLeastExplained * static_cast<double>(others_.rows.size()));
-  if (!motion.judgement.pose_found || motion.inlier_count < least) return false;
+  return motion.judgement.pose_found && motion.inlier_count >= least;
+}
+
+bool FixedToCamera::contradicts(const Camera& camera, const PointPairs& pairs) {
+  if (!explained()) return false;
+  const RobustResult& motion = others_.robust;
   const bool moves = motion.judgement.translation_observable;
   const std::vector<float>& residuals = others_.residuals(camera, pairs);
   const Cheirality cheirality(camera, motion.judgement.pose);

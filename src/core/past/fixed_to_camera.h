@@ -31,7 +31,9 @@ class FixedToCamera {
   /// Sorts the matches into those that stayed and the others; true if both are many and the others moved far. `few`: a
   /// few others are enough.
   bool separate(const PointPairs& pairs, bool few);
-  /// True if the motion of the others explains most of them, and moves most of those that stayed.
+  /// True if the motion of the others explains many of them.
+  bool explained() const;
+  /// True if it also moves most of those that stayed.
   bool contradicts(const Camera& camera, const PointPairs& pairs);
   /// Probability that the camera is at rest, before a body that moves.
   double probabilityOfRest(const MatchResult& result, const Past* past) const;

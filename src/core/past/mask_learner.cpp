@@ -26,7 +26,7 @@ constexpr double kOnLine = 4;                   ///< of a point that moved with 
 constexpr int kOneOf = 5;
 constexpr int kKeypointsToStay = 2;  ///< so many do not vanish from a cell that is fixed
 constexpr double kMostOfView = 0.5;  ///< a mask over more is forgotten
-constexpr int kPeepholeSide = 3;     ///< of a covered cell, the middle one of 3 x 3 parts has keypoints
+constexpr int kPeepholeSide = 5;     ///< of a covered cell, the middle one of 5 x 5 parts has keypoints
 
 /// The motion of a view, for pixels of the ideal camera.
 class ViewMotion {
@@ -73,7 +73,7 @@ class ViewMotion {
 };
 
 struct Cell {
-  int stayed = 0, moved = 0, keypoints = 0;
+  int still = 0, stayed = 0, moved = 0, keypoints = 0;  ///< stayed: those of `still` that the motion excludes
 };
 
 }  // namespace
@@ -132,6 +132,7 @@ void learnMask(const Features& reference, const Features& current, const Camera&
     Cell& cell = cells[mask.cellOf(from.pt)];
     const double noise = kMostMoved * std::pow(current.scale_factor, 0.5 * to.octave);
     if (moved < std::min(kStayed * rotated, noise)) {
+      ++cell.still;
       cell.stayed += motion.excludesStaying(p);
     } else if (moved > kMoved * rotated) {
       cell.moved += motion.explains(p, q);
@@ -144,8 +145,9 @@ void learnMask(const Features& reference, const Features& current, const Camera&
     cells[mask.cellOf(keypoint.pt)].keypoints += motion.rotated(camera.undistort(keypoint.pt)) > 0;
   }
   for (size_t k = 0; k < cells.size(); ++k) {
-    const auto& [stayed, moved, keypoints] = cells[k];
-    if (stayed > 0 || moved > 0 || keypoints >= kKeypointsToStay) mask.add(k, stayed * kOneOf > moved + stayed);
+    const auto& [still, stayed, moved, keypoints] = cells[k];
+    const bool gone = still == 0 && keypoints >= kKeypointsToStay;
+    if (stayed > 0 || moved > 0 || gone) mask.add(k, stayed * kOneOf > moved + stayed);
   }
   if (mask.share() > kMostOfView) mask = LearnedMask(mask.imageSize());
 }
