@@ -26,6 +26,8 @@ class LearnedMask {
   const cv::Size& imageSize() const { return image_; }
   /// True if this pixel is not to be used.
   bool covers(const cv::Point2f& pixel) const { return !empty() && covers_[cellOf(pixel)] != 0; }
+  /// True if this pixel is in a covered cell or next to one: what is fixed may reach there.
+  bool touches(const cv::Point2f& pixel) const;
   /// CV_8UC1 in the size of the images, as FeatureExtractor::extract takes it: 0 where covered, else 255.
   cv::Mat toImage() const;
   /// `mask` (CV_8UC1, empty: none) without the covered cells, but for a peephole in each, which shows when it is no

@@ -72,6 +72,10 @@ class ViewMotion {
   Eigen::Matrix3d K_, K_inverse_, F_;
 };
 
+bool isStill(const cv::KeyPoint& from, const cv::KeyPoint& to, float scale_factor) {
+  return cv::norm(to.pt - from.pt) < kMostMoved * std::pow(scale_factor, 0.5 * to.octave);
+}
+
 struct Cell {
   int still = 0, stayed = 0, moved = 0, keypoints = 0;  ///< stayed: those of `still` that the motion excludes
 };
@@ -107,11 +111,24 @@ void LearnedMask::add(size_t cell, bool fixed) {
   covers_[cell] = evidence > 0;
 }
 
+bool LearnedMask::touches(const cv::Point2f& pixel) const {
+  const cv::Point2f cell(static_cast<float>(image_.width) / kSpreadGridSide,
+                         static_cast<float>(image_.height) / kSpreadGridSide);
+  for (const float y : {-1.f, 0.f, 1.f}) {
+    for (const float x : {-1.f, 0.f, 1.f}) {
+      if (covers({pixel.x + x * cell.x, pixel.y + y * cell.y})) return true;
+    }
+  }
+  return false;
+}
+
 void leaveOutMasked(const Features& reference, const Features& current, MatchResult& result) {
   if (result.mask.empty()) return;
   const auto masked = [&](const Match& match) {
-    const bool covered = result.mask.covers(reference.keypoints[static_cast<size_t>(match.reference)].pt) ||
-                         result.mask.covers(current.keypoints[static_cast<size_t>(match.current)].pt);
+    const cv::KeyPoint& from = reference.keypoints[static_cast<size_t>(match.reference)];
+    const cv::KeyPoint& to = current.keypoints[static_cast<size_t>(match.current)];
+    const bool covered = result.mask.covers(from.pt) || result.mask.covers(to.pt) ||
+                         (isStill(from, to, current.scale_factor) && result.mask.touches(from.pt));
     if (covered) result.masked.push_back(match);
     return covered;
   };
@@ -130,8 +147,7 @@ void learnMask(const Features& reference, const Features& current, const Camera&
     const double rotated = motion.rotated(p), moved = std::hypot(q.x - p.x, q.y - p.y);
     if (rotated == 0) return;
     Cell& cell = cells[mask.cellOf(from.pt)];
-    const double noise = kMostMoved * std::pow(current.scale_factor, 0.5 * to.octave);
-    if (moved < std::min(kStayed * rotated, noise)) {
+    if (moved < kStayed * rotated && isStill(from, to, current.scale_factor)) {
       ++cell.still;
       cell.stayed += motion.excludesStaying(p);
     } else if (moved > kMoved * rotated) {
