@@ -783,9 +783,10 @@ PYBIND11_MODULE(_gms_ransac, m) {
           "prior: RotationPrior, the rotation since the last image by another sensor.\n\n"
           "Other Python threads run meanwhile; calls to one filter wait for each other.")
       .def("reset", &Filter::reset, "The next image is the first of a new sequence, of the same camera.")
-      .def_property_readonly("learned_mask", &Filter::learnedMask,
-                             "uint8, height x width: 0 where the last pair left out what is fixed to the camera, as `mask` "
-                             "takes it; empty before the first pair")
+      .def_property_readonly(
+          "learned_mask", &Filter::learnedMask,
+          "uint8, height x width: 0 where the last pair left out what is fixed to the camera, as `mask` "
+          "takes it; empty before the first pair")
       .def_property_readonly("options", &Filter::options, "dict: every option by name");
   m.def(
       "match",

@@ -103,7 +103,8 @@ bool FixedToCamera::separate(const PointPairs& pairs, bool few) {
   }
   const double least = std::max<double>(kMinimumMatches, kLeastFixed * static_cast<double>(count));
   const double least_others = few ? std::min<double>(least, kEnoughTracks) : least;
-  if (static_cast<double>(fixed_.size()) < least || static_cast<double>(others_.rows.size()) < least_others) return false;
+  if (static_cast<double>(fixed_.size()) < least || static_cast<double>(others_.rows.size()) < least_others)
+    return false;
   squares_.clear();
   for (const int row : others_.rows) squares_.push_back(squaredDisplacement(pairs, static_cast<size_t>(row)));
   return nthSmallest(squares_, squares_.size() / 2) > kLeastMotion * kLeastMotion;

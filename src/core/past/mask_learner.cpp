@@ -34,8 +34,8 @@ class ViewMotion {
   ViewMotion(const Camera& camera, const Judgement& view)
       : pose_(view.pose),
         translates_(view.translation_observable),
-        surely_(kLeastRotation + kSurely * camera.meanFocalLength() *
-                                std::sqrt(pose_.covariance.bottomRightCorner<3, 3>().trace())),
+        surely_(kLeastRotation +
+                kSurely * camera.meanFocalLength() * std::sqrt(pose_.covariance.bottomRightCorner<3, 3>().trace())),
         K_(camera.K()),
         K_inverse_(K_.inverse()),
         F_(K_inverse_.transpose() * TwoViewPose{pose_.R, pose_.t}.essential() * K_inverse_) {}
@@ -104,8 +104,8 @@ cv::Mat LearnedMask::forExtraction(const cv::Mat& mask, const cv::Size& image) c
 
 void LearnedMask::add(size_t cell, bool fixed) {
   int8_t& evidence = evidence_[cell];
-  evidence = static_cast<int8_t>(
-      std::clamp(fixed ? evidence + 1 : evidence - kContradiction, -kMostEvidence, kMostEvidence));
+  evidence =
+      static_cast<int8_t>(std::clamp(fixed ? evidence + 1 : evidence - kContradiction, -kMostEvidence, kMostEvidence));
   if (evidence > 0 && evidence < kCovered) return;
   covered_ += (evidence > 0) - (covers_[cell] != 0);
   covers_[cell] = evidence > 0;

@@ -29,8 +29,8 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr double kWatchPeriod = 1;      // seconds
-constexpr int kSilentPeriods = 5;       // without an image before the log names the silent topic
+constexpr double kWatchPeriod = 1;  // seconds
+constexpr int kSilentPeriods = 5;   // without an image before the log names the silent topic
 constexpr int kPairsBeforeMaskReport = 30;
 constexpr double kSilenceRepeats = 30;  // seconds after which it names it again
 
@@ -258,9 +258,10 @@ class MatchFilterRos {
     const LearnedMask& mask = processed.pair->result.mask;
     pairs_with_mask_ = mask.empty() ? 0 : pairs_with_mask_ + 1;
     if (pairs_with_mask_ != kPairsBeforeMaskReport) return;
-    ROS_INFO("%s: %.0f %% of the view is fixed to the camera (an arm, a bonnet, text, dust) and left out; save "
-             "~learned_mask as ~mask to know it from the start",
-             parameters_.name.c_str(), 100 * mask.share());
+    ROS_INFO(
+        "%s: %.0f %% of the view is fixed to the camera (an arm, a bonnet, text, dust) and left out; save "
+        "~learned_mask as ~mask to know it from the start",
+        parameters_.name.c_str(), 100 * mask.share());
   }
 
   void publish(const ProcessedFrame& processed, const OutputOptions& options) {
