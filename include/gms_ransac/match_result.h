@@ -7,6 +7,7 @@
 
 #include "gms_ransac/camera.h"
 #include "gms_ransac/hamming_matcher.h"
+#include "gms_ransac/learned_mask.h"
 #include "gms_ransac/point_pairs.h"
 #include "gms_ransac/robust_result.h"
 
@@ -62,6 +63,8 @@ struct MatchResult {
   /// MatchFilter::process alone fills these two. The id is constant while every image has the feature; 0: no inlier.
   std::vector<uint32_t> track_id;
   std::vector<uint16_t> track_length;  ///< images that have the id, at least 2; 0: no track
+  LearnedMask mask;                    ///< what the stream has shown to be fixed to the camera before this pair
+  std::vector<Match> masked;           ///< left out of `raw`, because an end is covered by `mask`
 
   int size() const { return static_cast<int>(matches.size()); }
   bool isInlier(size_t row) const { return !inlier.empty() && inlier[row] != 0; }

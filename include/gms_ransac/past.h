@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "gms_ransac/features.h"
+#include "gms_ransac/learned_mask.h"
 #include "gms_ransac/relative_pose.h"
 #include "gms_ransac/shutter.h"
 
@@ -27,6 +28,7 @@ struct Past {
   /// 1 for each keypoint that the motion explained, in the reference and in the current image of the last pair.
   std::vector<uint8_t> reference_static, current_static;
   uint64_t reference_image = 0, current_image = 0;  ///< fingerprints of these images; 0: none
+  LearnedMask mask;                                 ///< what is fixed to the camera, by all pairs of the stream
 
   /// True for a keypoint of the reference that the last motion explained.
   bool isStatic(int32_t keypoint) const {

@@ -19,6 +19,7 @@
 #include "parameters/parameter.h"
 #include "past/continuity.h"
 #include "past/fixed_to_camera.h"
+#include "past/mask_learner.h"
 #include "past/standstill.h"
 #include "past/votes.h"
 #include "support/time_budget.h"
@@ -71,6 +72,7 @@ void beginPair(const FramePair& pair, const RotationPrior* prior, MatchResult& r
   if (reference.stamp && current.stamp) result.pairs.seconds = *current.stamp - *reference.stamp;
   if (past == nullptr) return;
   past->startPair(reference.features, current.features);
+  result.mask = past->mask;
   result.pairs.previous_motion = past->motion;
   result.pairs.global_shutter = past->shutter.shutter().kind == Shutter::kGlobal;
 }
@@ -145,7 +147,7 @@ struct MatchFilter::Stages {
 const MatchResult& MatchFilter::process(const cv::Mat& image, const cv::Mat& mask, std::optional<double> stamp,
                                         const RotationPrior* prior) {
   requireCameraSize(image.size());
-  extract(image, nextFrame(), mask, stamp);
+  extract(image, nextFrame(), past_.mask.forExtraction(mask, image.size()), stamp);
   return compareWithLast(prior);
 }
 
@@ -227,6 +229,7 @@ void MatchFilter::Stages::match(const FramePair& pair, MatchResult& result) {
   } else {
     matcher.match(reference.descriptors, current.descriptors, result.raw);
   }
+  leaveOutMasked(reference, current, result);
 }
 
 const MotionPrediction* MatchFilter::Stages::predict(const std::optional<RotationPrior>& prior, const cv::Size& image) {
@@ -264,6 +267,10 @@ void MatchFilter::Stages::judge(const FramePair& pair, MatchResult& result) {
     if (pair.past != nullptr) continuity.check(*method, camera, result, *pair.past);
     votes.collect(pair.reference.features, pair.current.features, camera, result);
     if (judgement.pose_found) decide(options.robust, judgement);
+    if (pair.past != nullptr && camera.calibrated()) {
+      learnMask(pair.reference.features, pair.current.features, camera, result, fixed_to_camera.view(result),
+                pair.past->mask);
+    }
   }
   const bool may_rest = !judgement.translation_observable && std::isnan(judgement.evidence[Evidence::kFixedToCamera]);
   result.stationary = may_rest && standsStill(pair.reference.features, pair.current.features, result, pair.past);

@@ -16,6 +16,8 @@ void MatchResult::clear(Status new_status) {
   shutter = Shutter();
   keypoints_reference = keypoints_current = inliers = 0;
   raw.clear();
+  mask = LearnedMask();
+  masked.clear();
   matches.clear();
   pairs.resize(0);
   pairs.rotation_prior.reset();

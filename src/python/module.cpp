@@ -333,6 +333,16 @@ class Filter {
     const py::gil_scoped_release unlocked;
     const std::lock_guard<std::mutex> lock(mutex_);
     filter_.reset();
+    mask_ = LearnedMask();
+  }
+  py::array_t<uint8_t> learnedMask() {
+    cv::Mat image;
+    {
+      const py::gil_scoped_release unlocked;
+      const std::lock_guard<std::mutex> lock(mutex_);
+      image = mask_.toImage();
+    }
+    return py::array_t<uint8_t>({image.rows, image.cols}, image.data);
   }
 
   /// `image`: an array, or Features. `name`: of the argument, for refusals.
@@ -383,6 +393,7 @@ class Filter {
     const cv::Size expected = filter_.camera().imageSize();
     if (!expected.empty()) requireSize(name, size, expected, "the camera");
     const MatchResult& result = *compare();
+    mask_ = result.mask;
     const bool first = filter_.reference().features.size() == 0;
     FeaturesPointer reference = first || !last_ ? std::make_shared<Features>(filter_.reference().features) : last_;
     last_ = std::make_shared<Features>(filter_.current().features);
@@ -424,6 +435,7 @@ class Filter {
 
   MatchFilter filter_;
   FeaturesPointer last_;  ///< a copy of the last image's, which answers share
+  LearnedMask mask_;      ///< of the last pair
   std::mutex mutex_;
 };
 
@@ -771,6 +783,10 @@ PYBIND11_MODULE(_gms_ransac, m) {
           "prior: RotationPrior, the rotation since the last image by another sensor.\n\n"
           "Other Python threads run meanwhile; calls to one filter wait for each other.")
       .def("reset", &Filter::reset, "The next image is the first of a new sequence, of the same camera.")
+      .def_property_readonly(
+          "learned_mask", &Filter::learnedMask,
+          "uint8, height x width: 0 where the last pair left out what is fixed to the camera, as `mask` "
+          "takes it; empty before the first pair")
       .def_property_readonly("options", &Filter::options, "dict: every option by name");
   m.def(
       "match",

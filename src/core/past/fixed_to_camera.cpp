@@ -71,11 +71,15 @@ Part countCells(const std::array<Part, N>& cells) {
 }  // namespace
 
 void FixedToCamera::resolve(Method& method, const Camera& camera, MatchResult& result, const Past* past) {
-  if (!camera.calibrated() || !separate(result.pairs)) return;
+  others_move_ = false;
+  if (!camera.calibrated() || !separate(result.pairs, past != nullptr)) return;
   others_.estimate(method, camera, result);
-  if (!contradicts(camera, result.pairs)) return;
   RobustResult& robust = result.robust;
+  others_move_ = explained() && !robust.judgement.translation_observable;
+  const auto fewer = static_cast<double>(std::min(fixed_.size(), others_.rows.size()));
+  if (fewer < kLeastFixed * static_cast<double>(result.size()) || !contradicts(camera, result.pairs)) return;
   const double rest = probabilityOfRest(result, past);
+  others_move_ = rest >= kImprobable;
   if (rest < kImprobable) {
     others_.replace(camera, result);
     for (const int row : fixed_) robust.judgement.probability[static_cast<size_t>(row)] = 0;
@@ -88,7 +92,7 @@ void FixedToCamera::resolve(Method& method, const Camera& camera, MatchResult& r
   }
 }
 
-bool FixedToCamera::separate(const PointPairs& pairs) {
+bool FixedToCamera::separate(const PointPairs& pairs, bool few) {
   fixed_.clear();
   others_.rows.clear();
   const auto count = static_cast<size_t>(pairs.size());
@@ -98,16 +102,23 @@ bool FixedToCamera::separate(const PointPairs& pairs) {
     (stayed ? fixed_ : others_.rows).push_back(static_cast<int>(row));
   }
   const double least = std::max<double>(kMinimumMatches, kLeastFixed * static_cast<double>(count));
-  if (static_cast<double>(std::min(fixed_.size(), others_.rows.size())) < least) return false;
+  const double least_others = few ? std::min<double>(least, kEnoughTracks) : least;
+  if (static_cast<double>(fixed_.size()) < least || static_cast<double>(others_.rows.size()) < least_others)
+    return false;
   squares_.clear();
   for (const int row : others_.rows) squares_.push_back(squaredDisplacement(pairs, static_cast<size_t>(row)));
   return nthSmallest(squares_, squares_.size() / 2) > kLeastMotion * kLeastMotion;
 }
 
-bool FixedToCamera::contradicts(const Camera& camera, const PointPairs& pairs) {
+bool FixedToCamera::explained() const {
   const RobustResult& motion = others_.robust;
   const double least = std::max<double>(kMinimumMatches, kLeastExplained * static_cast<double>(others_.rows.size()));
-  if (!motion.judgement.pose_found || motion.inlier_count < least) return false;
+  return motion.judgement.pose_found && motion.inlier_count >= least;
+}
+
+bool FixedToCamera::contradicts(const Camera& camera, const PointPairs& pairs) {
+  if (!explained()) return false;
+  const RobustResult& motion = others_.robust;
   const bool moves = motion.judgement.translation_observable;
   const std::vector<float>& residuals = others_.residuals(camera, pairs);
   const Cheirality cheirality(camera, motion.judgement.pose);

@@ -21,15 +21,24 @@ class FixedToCamera {
   /// covariance of the rotation holds both, and the direction is unknown unless one is improbable. `past`: of the
   /// stream; null: none.
   void resolve(Method& method, const Camera& camera, MatchResult& result, const Past* past);
+  /// The motion of what moves as one, after `resolve` has left it open or has decided for a camera at rest; otherwise
+  /// that of the result.
+  const Judgement& view(const MatchResult& result) const {
+    return (others_move_ ? others_.robust : result.robust).judgement;
+  }
 
  private:
-  /// Sorts the matches into those that stayed and the others; true if both are many and the others moved far.
-  bool separate(const PointPairs& pairs);
-  /// True if the motion of the others explains most of them, and moves most of those that stayed.
+  /// Sorts the matches into those that stayed and the others; true if both are many and the others moved far. `few`: a
+  /// few others are enough.
+  bool separate(const PointPairs& pairs, bool few);
+  /// True if the motion of the others explains many of them.
+  bool explained() const;
+  /// True if it also moves most of those that stayed.
   bool contradicts(const Camera& camera, const PointPairs& pairs);
   /// Probability that the camera is at rest, before a body that moves.
   double probabilityOfRest(const MatchResult& result, const Past* past) const;
 
+  bool others_move_ = false;
   std::vector<int> fixed_;  ///< rows of the matches that stayed
   SubsetEstimate others_;
   std::vector<float> squares_;

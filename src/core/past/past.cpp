@@ -39,10 +39,12 @@ void Past::startPair(const Features& reference, const Features& current) {
   } else if (image != reference_image) {
     shutter.advance();
     shutter.advance();  // the chain of pairs breaks
-    const ShutterEstimate camera = shutter;
-    *this = Past();
-    shutter = camera;
+    Past of_camera;
+    of_camera.shutter = shutter;
+    of_camera.mask = mask;
+    *this = of_camera;
   }
+  if (mask.imageSize() != current.image_size) mask = LearnedMask(current.image_size);
   reference_image = image;
   current_image = fingerprint(current);
   current_static.clear();

@@ -39,7 +39,8 @@ bool isCopy(const cv::KeyPoint& a, const cv::KeyPoint& b) {
 bool standsStill(const Features& reference, const Features& current, const MatchResult& result, const Past* past) {
   const PointPairs& pairs = result.pairs;
   const std::vector<Match>& matches = result.matches;
-  if (static_cast<double>(matches.size()) < kShareFound * std::min(reference.size(), current.size())) return false;
+  const size_t found = matches.size() + result.masked.size();
+  if (static_cast<double>(found) < kShareFound * std::min(reference.size(), current.size())) return false;
   const auto isTrack = [&](const Match& match) { return past != nullptr && past->isStatic(match.reference); };
   const bool by_tracks = std::count_if(matches.begin(), matches.end(), isTrack) >= kEnoughTracks;
   std::array<CellAtRest, kSpreadGridSide * kSpreadGridSide> grid;

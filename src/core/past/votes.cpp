@@ -65,6 +65,7 @@ void Votes::collect(const Features& reference, const Features& current, const Ca
     cell.at_point += ((to_reference * q).hnormalized() - p.head<2>()).norm() < kFromPoint;
   });
   for (const cv::KeyPoint& keypoint : reference.keypoints) {
+    if (result.mask.covers(keypoint.pt)) continue;
     const Eigen::Vector2d q = (to_current * homogeneous(camera.undistort(keypoint.pt))).hnormalized();
     const bool in_view =
         q.x() >= 0 && q.y() >= 0 && q.x() < current.image_size.width && q.y() < current.image_size.height;

@@ -107,6 +107,7 @@ json answerRecord(const MatchFilterOptions& options, const MatchResult& result) 
                  {"point_evaluations", robust.effort.point_evaluations},
                  {"status", toString(result.status)},
                  {"stationary", result.stationary},
+                 {"masked", result.mask.share()},
                  {"shutter",
                   {{"kind", toString(result.shutter.kind)},
                    {"readout", result.shutter.readout},

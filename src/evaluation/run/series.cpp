@@ -40,9 +40,10 @@ class Experiment {
 
  private:
   void readAhead(const DatasetPair& pair);
-  const Frame& frame(int index, int rounds);
+  /// `fixed`: to the camera, as the stream has shown it.
+  const Frame& frame(int index, int rounds, const LearnedMask& fixed = LearnedMask());
   /// Extracts what is missing, drops what is not needed any more, and sets the camera.
-  PairTruth prepare(const DatasetPair& pair, int rounds);
+  PairTruth prepare(const DatasetPair& pair, int rounds, const LearnedMask& fixed = LearnedMask());
   json record(const DatasetPair& pair, const PairTruth& truth, const MatchFilterOptions& options,
               const MatchResult& result) const;
 
@@ -65,7 +66,7 @@ void Experiment::readAhead(const DatasetPair& pair) {
   }
 }
 
-const Frame& Experiment::frame(int index, int rounds) {
+const Frame& Experiment::frame(int index, int rounds, const LearnedMask& fixed) {
   const auto [place, is_new] = frames_.try_emplace(index);
   Frame& frame = place->second;
   if (!is_new) return frame;
@@ -73,17 +74,17 @@ const Frame& Experiment::frame(int index, int rounds) {
   const cv::Mat image = ahead ? ahead.mapped().get() : set_.dataset.image(index);
   double fastest = std::numeric_limits<double>::infinity();
   for (int round = 0; round < rounds; ++round) {
-    filters_.front().extract(image, frame, cv::Mat(), set_.dataset.stamp(index));
+    filters_.front().extract(image, frame, fixed.forExtraction(cv::Mat(), image.size()), set_.dataset.stamp(index));
     fastest = std::min(fastest, frame.detect_seconds);
   }
   frame.detect_seconds = fastest;
   return frame;
 }
 
-PairTruth Experiment::prepare(const DatasetPair& pair, int rounds) {
+PairTruth Experiment::prepare(const DatasetPair& pair, int rounds, const LearnedMask& fixed) {
   frames_.erase(frames_.begin(), frames_.lower_bound(std::min(pair.reference, pair.current)));
   const cv::Size size = frame(pair.reference, rounds).features.image_size;
-  frame(pair.current, rounds);
+  frame(pair.current, rounds, fixed);
   if (set_.dataset.intrinsics() && camera_.imageSize() != size) {
     camera_ = Camera(*set_.dataset.intrinsics(), size);
     for (MatchFilter& filter : filters_) filter.setCamera(camera_);
@@ -113,10 +114,10 @@ json Experiment::record(const DatasetPair& pair, const PairTruth& truth, const M
 
 Records Experiment::run(const DatasetPair& pair, const DatasetPair* next) {
   if (next) readAhead(*next);
-  const PairTruth truth = prepare(pair, 1);
   // Pairs a gap of n apart are n streams, one in the other.
   const auto before = pasts_.find(pair.reference);
   std::vector<Past> pasts = before == pasts_.end() ? std::vector<Past>(filters_.size()) : before->second;
+  const PairTruth truth = prepare(pair, 1, pasts.front().mask);
   Records records;
   for (size_t i = 0; i < filters_.size(); ++i) {
     filters_[i].filter(frames_[pair.reference], frames_[pair.current], result_, nullptr, &pasts[i]);

@@ -29,8 +29,9 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr double kWatchPeriod = 1;      // seconds
-constexpr int kSilentPeriods = 5;       // without an image before the log names the silent topic
+constexpr double kWatchPeriod = 1;  // seconds
+constexpr int kSilentPeriods = 5;   // without an image before the log names the silent topic
+constexpr int kPairsBeforeMaskReport = 30;
 constexpr double kSilenceRepeats = 30;  // seconds after which it names it again
 
 /// As the end of a sentence.
@@ -261,6 +262,19 @@ class MatchFilterRos {
         "be rid of it",
         parameters_.name.c_str(), error[0], error[3]);
   }
+
+  /// Logs once what the stream has shown to be fixed to the camera, when it has been so for a while.
+  void reportMask(const ProcessedFrame& processed) {
+    if (!processed.pair) return;
+    const LearnedMask& mask = processed.pair->result.mask;
+    pairs_with_mask_ = mask.empty() ? 0 : pairs_with_mask_ + 1;
+    if (pairs_with_mask_ != kPairsBeforeMaskReport) return;
+    ROS_INFO(
+        "%s: %.0f %% of the view is fixed to the camera (an arm, a bonnet, text, dust) and left out; save "
+        "~learned_mask as ~mask to know it from the start",
+        parameters_.name.c_str(), 100 * mask.share());
+  }
+
   void publish(const ProcessedFrame& processed, const OutputOptions& options) {
     ++processed_;
     if (processed.continuity != Continuity::kContinuous) ++resets_;
@@ -284,6 +298,7 @@ class MatchFilterRos {
     last_doubt_ = processed.doubt;
     reportShutter(*stats);
     reportRig(processed);
+    reportMask(processed);
   }
 
   OutputOptions outputOptions() {
@@ -342,6 +357,7 @@ class MatchFilterRos {
   std::string last_doubt_;
   uint8_t last_shutter_ = Shutter::kUnknown;
   bool rig_reported_ = false;
+  int pairs_with_mask_ = 0;  ///< in a row
 
   std::mutex subscription_mutex_;
   std::atomic<bool> closing_{false}, paused_{false};

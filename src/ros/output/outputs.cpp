@@ -58,6 +58,10 @@ Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Pa
   stats_ = outputs.advertise<MatchStats>("stats", kPublisherQueue, changed, changed);
   relative_pose_ =
       outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("relative_pose", kPublisherQueue, changed, changed);
+  auto mask = ros::AdvertiseOptions::create<sensor_msgs::Image>("learned_mask", 1, changed, changed,
+                                                                ros::VoidConstPtr(), nullptr);
+  mask.latch = true;
+  learned_mask_ = outputs.advertise(mask);
   restart_ = outputs.advertise<std_msgs::Bool>("restart", kPublisherQueue);  // does not cause a subscription
   odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, *broadcaster_, changed);
   if (parameters.input != InputKind::kKeypoints) {  // they are followed in pixels
@@ -80,7 +84,7 @@ std::string Outputs::overlayTopic(const ros::NodeHandle& pnh) { return pnh.resol
 int Outputs::listeners() const {
   uint32_t count = match_image_.getNumSubscribers();
   for (const ros::Publisher* publisher : {&correspondences_, &keypoints_, &stats_, &relative_pose_, &inlier_points_,
-                                          &markers_, &features_, &stereo_features_}) {
+                                          &markers_, &features_, &stereo_features_, &learned_mask_}) {
     count += publisher->getNumSubscribers();
   }
   return static_cast<int>(count) + odometry_->listeners();
@@ -150,6 +154,7 @@ MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const Frame
 
 void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions& options) {
   if (processed.pair != nullptr) {
+    publishMask(processed);
     if (hasSubscriber(correspondences_)) {
       Correspondences message;
       toMessage(processed, options.publish_rejected, message);
@@ -165,6 +170,13 @@ void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions
     toMessage(processed, message);
     publishShared(keypoints_, std::move(message));
   }
+}
+
+void Outputs::publishMask(const ProcessedFrame& processed) {
+  const LearnedMask& mask = processed.pair->result.mask;
+  if (mask.imageSize().empty() || mask == mask_) return;
+  mask_ = mask;
+  learned_mask_.publish(cv_bridge::CvImage(processed.current->image.header, "mono8", mask.toImage()).toImageMsg());
 }
 
 void Outputs::publishPose(const ProcessedFrame& processed, const OutputOptions& options) {

@@ -54,6 +54,7 @@ class Outputs {
 
  private:
   void publishMotion(const ProcessedFrame& processed, const OutputOptions& options);
+  void publishMask(const ProcessedFrame& processed);
   void publishPose(const ProcessedFrame& processed, const OutputOptions& options);
   void publishPoints(const ProcessedFrame& processed);
   void publishFeatures(const ProcessedFrame& processed, const FeatureOptions& options);
@@ -62,6 +63,8 @@ class Outputs {
   std::unique_ptr<WatchedBroadcaster> broadcaster_;
   ros::Publisher correspondences_, keypoints_, stats_, relative_pose_, restart_, inlier_points_, markers_;
   ros::Publisher features_, stereo_features_;  ///< the second with ~input stereo
+  ros::Publisher learned_mask_;
+  LearnedMask mask_;  ///< that was published last
   image_transport::Publisher match_image_;
   std::unique_ptr<OdometryOutput> odometry_;
   const FeatureLayout feature_layout_;

@@ -154,6 +154,9 @@ class Painter {
     }
     drawImage(*processed_.current, canvas_(current_));
     if (!processed_.current->mask.empty()) hatch(processed_.current->mask, canvas_(current_));
+    if (processed_.pair == nullptr) return;
+    const LearnedMask& mask = processed_.pair->result.mask;
+    if (!mask.empty()) hatch(mask.toImage(), canvas_(current_));
   }
 
   void paintMatches(OverlayColour colour) {

@@ -72,6 +72,19 @@ Received FrameProcessor::receive(const ImageWithInfo& input, const Wanted& wante
   return received;
 }
 
+Prepared FrameProcessor::prepare(Received received, bool right_keypoints) {
+  received.learned = maskOf(received.image);
+  return preparation_.prepare(std::move(received), right_keypoints);
+}
+
+LearnedMask FrameProcessor::maskOf(const ReceivedImage& image) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const size_t index = prepared_++;
+  if (image.reset != Reset::kNone || image.header.frame_id != frame_id_) first_of_camera_ = index;
+  frame_id_ = image.header.frame_id;
+  return index < first_of_camera_ + kMaskDelay ? LearnedMask() : masks_[(index - kMaskDelay) % masks_.size()];
+}
+
 ProcessedFrame FrameProcessor::process(const Prepared& prepared) {
   ReceivedImage& image = prepared.frame->image;
   ProcessedFrame answer;
@@ -88,6 +101,8 @@ ProcessedFrame FrameProcessor::process(const Prepared& prepared) {
     answer.reasons = {{Why::kUnusable, image_topic_ + " not used: " + prepared.problem}};
   }
   answer.text = words(answer, prepared.pipeline->options);
+  std::lock_guard<std::mutex> lock(mutex_);
+  masks_[answered_++ % masks_.size()] = stream_.past.mask;
   return answer;
 }
 

@@ -2,6 +2,8 @@
 // Publishes nothing.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -32,15 +34,18 @@ class FrameProcessor {
   /// it must be in order, ask for no reset and have no problem.
   Received receive(const ImageWithInfo& input, const Wanted& wanted = {});
   /// Extraction. `right_keypoints`: with ~input stereo the depth of the keypoints is wanted.
-  Prepared prepare(Received received, bool right_keypoints = true) {
-    return preparation_.prepare(std::move(received), right_keypoints);
-  }
+  Prepared prepare(Received received, bool right_keypoints = true);
   /// Comparison with the reference.
   ProcessedFrame process(const Prepared& prepared);
   /// Sets the pose of the camera in the odometry frame at the last image. The pose before is forgotten.
   void setPlace(const Eigen::Isometry3d& pose, const Matrix6d& covariance);
 
  private:
+  /// Called once for each image that is prepared: the mask after the image `kMaskDelay` before it, which has been
+  /// answered whatever the threads do. Nothing after a reset or another camera.
+  LearnedMask maskOf(const ReceivedImage& image);
+
+  static constexpr size_t kMaskDelay = 3;
   const std::string image_topic_;
   const Parameters parameters_;
   const std::shared_ptr<MotionPriors> priors_;
@@ -55,6 +60,10 @@ class FrameProcessor {
   std::mutex mutex_;  ///< guards what follows
   std::shared_ptr<Pipeline> pipeline_;
   Reset reset_requested_ = Reset::kNone;
+  std::array<LearnedMask, kMaskDelay + 1> masks_;  ///< after the last images that were answered
+  size_t prepared_ = 0, answered_ = 0;             ///< images
+  size_t first_of_camera_ = 0;                     ///< image since which no reset was asked for
+  std::string frame_id_;                           ///< of the camera
 };
 
 }  // namespace gms_ransac

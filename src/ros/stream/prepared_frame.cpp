@@ -145,19 +145,22 @@ void FramePreparation::findFeatures(Received& received, bool right_keypoints, Pr
   if (received.reference) {
     frame.pair_reference = std::make_shared<PreparedFrame>();
     frame.pair_reference->image = std::move(*received.reference);
-    extract(filter, *frame.pair_reference);
+    extract(filter, received.learned, *frame.pair_reference);
   }
-  extract(filter, frame);
+  extract(filter, received.learned, frame);
   frame.depth_problem = std::move(received.depth_problem);
   addDoubt(frame.depth_problem, frame);
   if (frame.depth_problem.empty()) findDepth(right_keypoints, frame);
   addDoubt(doubtOfDepth(frame), frame);
 }
 
-void FramePreparation::extract(MatchFilter& filter, PreparedFrame& frame) {
+void FramePreparation::extract(MatchFilter& filter, const LearnedMask& learned, PreparedFrame& frame) {
   frame.mask_problem = mask_source_.get(frame.image.input.mask, frame.imageSize(), frame.mask);
   frame.frame.seconds_before = frame.image.convert_seconds;
-  if (!frame.image.input.keypoints) return filter.extract(frame.image.grey, frame.frame, frame.mask, frame.stamp());
+  if (!frame.image.input.keypoints) {
+    const cv::Mat mask = learned.forExtraction(frame.mask, frame.imageSize());
+    return filter.extract(frame.image.grey, frame.frame, mask, frame.stamp());
+  }
   frame.frame.features_asked = frame.frame.features.size();
   dropMasked(frame.mask, frame.frame.features, frame.stereo.depth);
   frame.frame.stamp = frame.stamp();

@@ -63,6 +63,7 @@ struct Received {
   Features features;                       ///< with ~input keypoints
   std::vector<float> depth;                ///< of these; metres, 0 where unknown; empty: none is wanted or known
   std::string depth_problem;           ///< why depth or right image are not used; empty: nothing is known against them
+  LearnedMask learned;                 ///< what an earlier pair has shown to be fixed to the camera
   std::string problem;                 ///< why the image is not used; empty: it is
   std::shared_ptr<Pipeline> pipeline;  ///< with the options in force when the image came
 };
@@ -133,7 +134,7 @@ class FramePreparation {
 
   /// Fills a frame that has its image.
   void findFeatures(Received& received, bool right_keypoints, PreparedFrame& frame);
-  void extract(MatchFilter& filter, PreparedFrame& frame);
+  void extract(MatchFilter& filter, const LearnedMask& learned, PreparedFrame& frame);
   /// Depth of the keypoints, from a depth image or the right camera.
   void findDepth(bool right_keypoints, PreparedFrame& frame);
   void findStereoDepth(bool right_keypoints, PreparedFrame& frame);

@@ -69,7 +69,7 @@ TEST(SharedErrors, CovarianceOfACurveAgreesWithMonteCarlo) {
   std::normal_distribution<double> normal;
   Matrix6d sum = Matrix6d::Zero();
   for (int run = 0; run < kRuns; ++run) {
-    Eigen::Matrix<double, 16, 1> size;
+    Eigen::Matrix<double, SharedErrors::ColsAtCompileTime, 1> size;
     for (int i = 0; i < size.size(); ++i) size[i] = normal(random);
     const Vector6d error = kCurve.shared * size;
     PairMotion wrong = kCurve;
