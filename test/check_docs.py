@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parent.parent
 # Most words of each shelf, tables included; of what is measured only those outside of tables and commands.
 SHELVES = (("README.md", ["README.md"], 1600, False),
            ("doc/ (for users)", ["doc/*.md", "doc/consumers/*.md"], 11000, False),
-           ("doc/inside/", ["doc/inside/*.md"], 8000, False),
+           ("doc/inside/", ["doc/inside/*.md"], 8100, False),
            ("doc/measured/", ["doc/measured/*.md"], 1500, True))
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 NAMED = re.compile(r"\bdoc/[\w/]+\.(?:md|png)(?:#[\w-]+)?")
