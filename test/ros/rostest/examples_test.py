@@ -153,6 +153,8 @@ class Examples(unittest.TestCase):
             read.update(itertools.takewhile(parameters.__contains__, (kind + str(i) for i in itertools.count())))
         self.assertEqual(read, configured, "robot_localization stops at the first gap")
         self.assertEqual(read, {"odom0", "twist0"})
+        self.assertTrue(parameters["smooth_lagged_data"], "or a twist counts as one of now, not of its image")
+        self.assertGreaterEqual(parameters["history_length"], 0.5, "seconds: longer than an image waits and is processed")
         fused = [i for i, on in enumerate(parameters["twist0_config"]) if on]
         self.assertEqual(fused, [9, 10, 11], "of one camera vroll, vpitch, vyaw: its velocity has no scale")
         offered = self.outputs_and_services()
