@@ -46,7 +46,7 @@ class Stream {
     cv::Mat rows(0, kDescriptorBytes, CV_8U);
     const auto add = [&](const Vector2d& pixel, int row) {
       const double x = pixel.x() + kNoise * gaussian(random_), y = pixel.y() + kNoise * gaussian(random_);
-      if (x < 0 || y < 0 || x >= kImage.width || y >= kImage.height) return;
+      if (x < 0 || y < 0 || x > kImage.width - 1 || y > kImage.height - 1) return;
       features.keypoints.emplace_back(static_cast<float>(x), static_cast<float>(y), 31.f, 0.f, 1.f, 0);
       rows.push_back(descriptors_.row(row));
     };
