@@ -17,7 +17,7 @@ PUBLIC = "gms_ransac"
 # The rooms of the core that the public headers belong to.
 PUBLIC_ROOMS = {
     "camera.h": "common", "simd.h": "common", "features.h": "common", "relative_pose.h": "common", "past.h": "past",
-    "shutter.h": "common",
+    "shutter.h": "common", "stream_constant.h": "common",
     "feature_extractor.h": "features", "hamming_matcher.h": "matching", "motion_statistics.h": "gms",
     "point_pairs.h": "two_view", "learned_mask.h": "two_view", "robust_options.h": "two_view", "robust_result.h": "two_view", "evidence.h": "two_view",
     "match_result.h": "ransac", "match_filter_options.h": "ransac", "match_filter.h": "match_filter", "status_text.h": "match_filter",

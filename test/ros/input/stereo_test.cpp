@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 
 #include <boost/make_shared.hpp>
 
@@ -318,9 +319,11 @@ class RoadStereo {
   struct Answer {
     std::string text, doubt;
     int metric = 0;  ///< pairs with a length
+    std::optional<LearntRig> rig;
   };
+  /// `reset`: before the last two images.
   template <typename Right>
-  Answer ask(const Right& right, int first = 4, int count = 3) const {
+  Answer ask(const Right& right, int first = 4, int count = 3, bool reset = false) const {
     StereoProcessor processor;
     Answer answer;
     for (int i = first; i < first + count; ++i) {
@@ -331,7 +334,9 @@ class RoadStereo {
       input.camera_info = info(image.size(), 0);
       input.right_info = info(image.size(), unit_ * set_.rightCamera()->baseline);
       input.received = ros::Time(100 + 0.1 * i);
+      if (reset && i == first + count - 2) processor.requestReset();
       const ProcessedFrame processed = processor.ask(input);
+      answer.rig = processed.rig;
       answer.text = processed.text;
       answer.doubt = processed.doubt;
       answer.metric += processed.metric_scale;
@@ -373,6 +378,24 @@ TEST(StereoRoad, CamerasThatAreNotExposedTogetherGiveNoLength) {
       EXPECT_EQ(apart.metric, 0);
     }
   }
+}
+
+TEST(StereoRoad, LearnsWhatItsCalibrationLeaves) {
+  OPEN_OR_SKIP(set, "kitti_06");
+  const RoadStereo road(*set);
+  const cv::Mat_<double> farther = (cv::Mat_<double>(2, 3) << 1, 0, 1.5, 0, 1, 0);  // disparities too small
+  const auto shifted = [&](int i) {
+    cv::Mat right;
+    cv::warpAffine(road.right(i), right, farther, road.left(i).size(), cv::INTER_CUBIC);
+    return Images(road.left(i), right);
+  };
+  const auto as_it_is = road.ask([&](int i) { return Images(road.left(i), road.right(i)); }, 0, 32);
+  const auto wrong = road.ask(shifted, 0, 32), reset = road.ask(shifted, 0, 32, true);
+  ASSERT_TRUE(as_it_is.rig && wrong.rig && reset.rig);
+  EXPECT_TRUE(wrong.rig->isOff());
+  EXPECT_LT(wrong.rig->deviation()[0], 0.3);
+  EXPECT_NEAR(wrong.rig->mean()[0] - as_it_is.rig->mean()[0], 1.5, 0.3);
+  EXPECT_TRUE(reset.rig->mean().isZero()) << reset.rig->mean().transpose();
 }
 
 TEST(StereoRoad, RowsThatAreOffGiveNoLength) {
