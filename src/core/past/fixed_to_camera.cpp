@@ -72,12 +72,14 @@ Part countCells(const std::array<Part, N>& cells) {
 
 void FixedToCamera::resolve(Method& method, const Camera& camera, MatchResult& result, const Past* past) {
   others_move_ = false;
-  if (!camera.calibrated() || !separate(result.pairs, past != nullptr)) return;
+  // What a mask has not covered yet bends a direction of little parallax, though it be little itself.
+  const double least = result.mask.empty() ? kLeastFixed * static_cast<double>(result.size()) : 0;
+  if (!camera.calibrated() || !separate(result.pairs, least, past != nullptr)) return;
   others_.estimate(method, camera, result);
   RobustResult& robust = result.robust;
   others_move_ = explained() && !robust.judgement.translation_observable;
   const auto fewer = static_cast<double>(std::min(fixed_.size(), others_.rows.size()));
-  if (fewer < kLeastFixed * static_cast<double>(result.size()) || !contradicts(camera, result.pairs)) return;
+  if (fewer < least || !contradicts(camera, result.pairs)) return;
   const double rest = probabilityOfRest(result, past);
   others_move_ = rest >= kImprobable;
   if (rest < kImprobable) {
@@ -92,7 +94,7 @@ void FixedToCamera::resolve(Method& method, const Camera& camera, MatchResult& r
   }
 }
 
-bool FixedToCamera::separate(const PointPairs& pairs, bool few) {
+bool FixedToCamera::separate(const PointPairs& pairs, double least_fixed, bool few) {
   fixed_.clear();
   others_.rows.clear();
   const auto count = static_cast<size_t>(pairs.size());
@@ -101,7 +103,7 @@ bool FixedToCamera::separate(const PointPairs& pairs, bool few) {
     const bool stayed = squaredDisplacement(pairs, row) <= kMostMoved * kMostMoved * noise;
     (stayed ? fixed_ : others_.rows).push_back(static_cast<int>(row));
   }
-  const double least = std::max<double>(kMinimumMatches, kLeastFixed * static_cast<double>(count));
+  const double least = std::max<double>(kMinimumMatches, least_fixed);
   const double least_others = few ? std::min<double>(least, kEnoughTracks) : least;
   if (static_cast<double>(fixed_.size()) < least || static_cast<double>(others_.rows.size()) < least_others)
     return false;

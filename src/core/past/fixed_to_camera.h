@@ -28,9 +28,9 @@ class FixedToCamera {
   }
 
  private:
-  /// Sorts the matches into those that stayed and the others; true if both are many and the others moved far. `few`: a
-  /// few others are enough.
-  bool separate(const PointPairs& pairs, bool few);
+  /// Sorts the matches into those that stayed and the others; true if both are as many as `least` and the others moved
+  /// far. `few`: a few others are enough.
+  bool separate(const PointPairs& pairs, double least, bool few);
   /// True if the motion of the others explains many of them.
   bool explained() const;
   /// True if it also moves most of those that stayed.

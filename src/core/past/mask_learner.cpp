@@ -127,8 +127,7 @@ void leaveOutMasked(const Features& reference, const Features& current, MatchRes
   const auto masked = [&](const Match& match) {
     const cv::KeyPoint& from = reference.keypoints[static_cast<size_t>(match.reference)];
     const cv::KeyPoint& to = current.keypoints[static_cast<size_t>(match.current)];
-    const bool covered = result.mask.covers(from.pt) || result.mask.covers(to.pt) ||
-                         (isStill(from, to, current.scale_factor) && result.mask.touches(from.pt));
+    const bool covered = result.mask.touches(from.pt) || result.mask.touches(to.pt);
     if (covered) result.masked.push_back(match);
     return covered;
   };

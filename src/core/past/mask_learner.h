@@ -8,7 +8,7 @@
 
 namespace gms_ransac {
 
-/// Moves matches with an end in a covered cell from `raw` to `masked`, and those that stayed next to one.
+/// Moves matches with an end in a covered cell, or next to one, from `raw` to `masked`.
 void leaveOutMasked(const Features& reference, const Features& current, MatchResult& result);
 
 /// Updates `mask` by a judged pair. If the rotation of `view` moves what is seen, cells whose matches stayed gain
