@@ -34,7 +34,7 @@ Vector4d LearntRig::deviation() const {
 }
 
 bool LearntRig::isOff() const {
-  const auto size = mean().cwiseAbs().array();
+  const Eigen::Array4d size = mean().cwiseAbs();
   return (size > kMatters && size > kSurely * deviation().array()).any();
 }
 
