@@ -64,7 +64,7 @@ struct MatchResult {
   std::vector<uint32_t> track_id;
   std::vector<uint16_t> track_length;  ///< images that have the id, at least 2; 0: no track
   LearnedMask mask;                    ///< what the stream has shown to be fixed to the camera before this pair
-  std::vector<Match> masked;           ///< left out of `raw`, because an end is covered by `mask`
+  std::vector<Match> masked;           ///< left out of `raw`: an end is in a covered cell or beside one
 
   int size() const { return static_cast<int>(matches.size()); }
   bool isInlier(size_t row) const { return !inlier.empty() && inlier[row] != 0; }

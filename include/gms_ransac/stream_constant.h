@@ -1,4 +1,4 @@
-// What stays the same over a stream and is measured anew by every pair: how long a shutter reads an image, what the
+// Constants of a stream that every pair measures anew: how long a shutter reads an image, the errors that the
 // calibration of two cameras has left.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace gms_ransac {
 
-/// N numbers with a normal prior of mean 0, and the sum of what the pairs say of them. Pairs that follow each other see
+/// N numbers with a normal prior of mean 0, and the sum of the evidence of the pairs. Pairs that follow each other see
 /// the same points, and err together: they are counted by groups, and the scatter of the groups is the scale of the
 /// covariance.
 template <int N>
@@ -24,7 +24,7 @@ class StreamConstant {
   /// three groups in a row that contradict what is known begin anew.
   explicit StreamConstant(int pairs = 1, double kept = 1) : pairs_of_group_(pairs), kept_(kept) {}
 
-  /// Evidence of a pair, of which the likeliest constant is information^-1 score. What is not finite does not count.
+  /// Evidence of a pair, of which the likeliest constant is information^-1 score. Ignored if not finite.
   void add(const Vector& score, const Matrix& information) {
     if (!score.allFinite() || !information.allFinite()) return;
     group_.score += score;
@@ -68,7 +68,7 @@ class StreamConstant {
     known_.add(kept_, {influence * group_.score, influence * group_.information, 1, square});
     if (influence == 1) contrary_ = Evidence();
     if (influence < 1) contrary_.add(1, {group_.score, group_.information, 1, 1});
-    if (kept_ < 1 && contrary_.count == kTurned) std::swap(known_, contrary_);
+    if (kept_ < 1 && contrary_.count == kTurned) known_ = std::exchange(contrary_, Evidence());
     ++groups_;
     group_ = Evidence();
   }

@@ -84,8 +84,8 @@ Isometry3d swaying(int image, double speed = 1) {
   return pose;
 }
 
-/// Images until the mask is that of something which covers `share` of the view from below: nine cells of ten there, as
-/// some hold no keypoint, and none above, give or take the row of cells at its edge; at most 60.
+/// Images until the mask covers `share` of the view from below, at most 60: nine cells of ten there, as some hold no
+/// keypoint, and none above. The row of cells at the edge may be either.
 int imagesUntil(Stream& stream, double share, int image = 0) {
   for (int n = 1; n <= 60; ++n) {
     const LearnedMask mask = stream.look(swaying(image + n), share).mask;

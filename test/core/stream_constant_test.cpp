@@ -76,6 +76,9 @@ TEST(StreamConstant, BeginsAnewWhereTheStreamTurnsAgainstIt) {
   const Rig::Vector knocked(2.4, 1.3);
   pairs.add(60, knocked, rig);
   EXPECT_LT((rig.mean(kPrior) - knocked).norm(), 0.5);
+  pairs.add(500, knocked, rig);
+  pairs.add(60, kTruth, rig);
+  EXPECT_LT((rig.mean(kPrior) - kTruth).norm(), 0.5) << "and once more";
 }
 
 TEST(StreamConstant, WhatIsNotFiniteDoesNotCount) {

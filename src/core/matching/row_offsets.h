@@ -18,8 +18,8 @@ class RowOffsets {
  public:
   /// Rows by which the right image shows this pixel lower.
   double at(const cv::Point2f& pixel) const { return coefficients_.dot(factors(pixel)); }
-  /// By how many pixels the same causes make a disparity too large: a rolled camera by as much along the rows as across
-  /// them, with the y of the pixel; one whose image was undistorted around a wrong centre with its square.
+  /// Pixels by which the same causes make a disparity too large. A camera that is rolled adds an error in proportion to
+  /// y, and an image that was undistorted around a wrong centre one in proportion to y^2.
   double disparityError(const cv::Point2f& pixel, const CameraIntrinsics& k) const;
   /// Learns from some of the points. `search`: of these images.
   void measure(const cv::Mat& left, const cv::Mat& right, const std::vector<cv::Point2f>& points, RowSearch& search);

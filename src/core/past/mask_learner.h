@@ -1,4 +1,4 @@
-// Learns which cells of the view are fixed to the camera. doc/inside/judgement.md says how.
+// Learns which cells of the view are fixed to the camera. doc/inside/judgement.md explains it.
 #pragma once
 
 #include "gms_ransac/camera.h"

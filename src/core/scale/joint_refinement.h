@@ -45,13 +45,13 @@ struct JointMotion {
   Eigen::Vector4d sensor = Eigen::Vector4d::Zero();
 };
 
-/// What is known of JointMotion::sensor before.
+/// JointMotion::sensor as it is known before.
 struct SensorPrior {
   Eigen::Vector4d mean;
   Eigen::Matrix4d information;  ///< inverse of the covariance
 };
 
-/// What the points say of JointMotion::sensor, without the prior.
+/// JointMotion::sensor by the points alone, without the prior.
 struct SensorEvidence {
   Eigen::Vector4d score;        ///< information times the likeliest one
   Eigen::Matrix4d information;  ///< by the scatter of the parts of the image

@@ -1,4 +1,4 @@
-// What the calibration of two cameras leaves of their disparities, learnt over a stream.
+// The errors that calibration has left in the disparities of two cameras, learnt over a stream.
 #pragma once
 
 #include <Eigen/Core>

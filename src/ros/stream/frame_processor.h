@@ -41,8 +41,8 @@ class FrameProcessor {
   void setPlace(const Eigen::Isometry3d& pose, const Matrix6d& covariance);
 
  private:
-  /// Called once for each image that is prepared: the mask after the image `kMaskDelay` before it, which has been
-  /// answered whatever the threads do. Nothing after a reset or another camera.
+  /// Called once for each image that is prepared: the mask after the image `kMaskDelay` before it, which is
+  /// answered by then in any order of the threads. Nothing after a reset or another camera.
   LearnedMask maskOf(const ReceivedImage& image);
 
   static constexpr size_t kMaskDelay = 3;
