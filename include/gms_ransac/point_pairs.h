@@ -10,6 +10,7 @@
 #include <opencv2/core/types.hpp>
 
 #include "gms_ransac/relative_pose.h"
+#include "gms_ransac/shutter.h"
 
 namespace gms_ransac {
 
@@ -32,10 +33,11 @@ struct PointPairs {
   std::vector<uint16_t> distance, second_distance;  ///< Hamming
   cv::Size image_reference, image_current;          ///< pixels; spread over the images is judged by them
   float scale_factor = 1.2f;
-  std::optional<RotationPrior> rotation_prior;  ///< rotation from another sensor
-  std::optional<MotionStart> previous_motion;   ///< of the pair before, a proposal
-  bool global_shutter = false;                  ///< the stream has shown that the shutter does not roll
-  std::optional<double> seconds;                ///< from the reference to the current image, where that is known
+  std::optional<RotationPrior> rotation_prior;     ///< rotation from another sensor
+  std::optional<MotionStart> previous_motion;      ///< of the pair before, a proposal
+  Shutter shutter;                                 ///< as the stream has shown it
+  std::optional<AngularVelocity> velocity_before;  ///< over the pair that ended at the reference
+  std::optional<double> seconds;                   ///< from the reference to the current image, where that is known
   /// Image rows in the distorted images of a rolling shutter; empty: y.
   std::vector<float> row_reference, row_current;
 

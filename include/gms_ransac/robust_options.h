@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "gms_ransac/shutter.h"
 #include "gms_ransac/simd.h"
 
 namespace gms_ransac {
@@ -47,15 +48,15 @@ struct RobustOptions {
   double calibration_sigma = 0;  ///< relative uncertainty of the focal length, and of the principal point in focal
                                  ///< lengths: widens the covariance
   /// Seconds from the first row of an image to the last. Above 0: a rolling shutter, and points are moved to where the
-  /// camera saw them when it read the middle row. 0: a global shutter. Below 0: unknown, so an answer that a rolling
-  /// shutter would explain as well is not OK, unless the stream has shown that there is none.
+  /// camera saw them when it read the middle row. 0: a global shutter. Below 0: unknown, until the stream shows it; an
+  /// answer that a rolling shutter would explain as well is not OK before it has shown that there is none.
   double rolling_shutter_readout = -1;
   /// Robust least squares on the matches near the best model. `lo_prosac` always does.
   bool refine = true;
   SimdLevel simd = detectSimdLevel();
 
-  bool mayRoll(bool stream_shows_global) const {
-    return rolling_shutter_readout > 0 || (rolling_shutter_readout < 0 && !stream_shows_global);
+  bool mayRoll(const Shutter& of_stream) const {
+    return rolling_shutter_readout > 0 || (rolling_shutter_readout < 0 && of_stream.kind != Shutter::kGlobal);
   }
   double inlierThreshold() const { return inlier_threshold_px.value_or(model == ModelType::kHomography ? 3.0 : 1.0); }
   void validate() const;

@@ -34,7 +34,7 @@ enum class DirectionDoubt : uint8_t {
 /// The rotation by which rolling-shutter points were corrected.
 enum class RowCorrection : uint8_t {
   kNone,         ///< none: not asked for, or one that hardly moves a point
-  kPair,         ///< that of the pair itself, at an even rate
+  kPair,         ///< that of the pair itself, and how it changed since the pair before
   kPrior,        ///< rates that another sensor tells
   kUnknownTime,  ///< none: the time between the images is not known, or less than the readout
   kUnlikely      ///< none: the matches fit a motion better as they are
@@ -99,7 +99,8 @@ struct RobustResult {
   Eigen::Matrix3d model = Eigen::Matrix3d::Zero();
   std::vector<uint8_t> inlier;  ///< N entries; every inlier is within the threshold of `model`
   int inlier_count = 0;
-  RowCorrection row_correction = RowCorrection::kNone;  ///< what RobustOptions::rolling_shutter_readout did
+  RowCorrection row_correction = RowCorrection::kNone;  ///< what the readout of a rolling shutter did
+  double readout = 0;  ///< by which the points were corrected, seconds for as many rows as the focal length has pixels
   double rms_error_px = 0;  ///< over inliers, of the model's residual (Sampson; transfer for a homography)
   Judgement judgement;
   std::optional<MotionStart> optimum;  ///< of the matches alone, where the next pair's search may start

@@ -74,7 +74,8 @@ void beginPair(const FramePair& pair, const RotationPrior* prior, MatchResult& r
   past->startPair(reference.features, current.features);
   result.mask = past->mask;
   result.pairs.previous_motion = past->motion;
-  result.pairs.global_shutter = past->shutter.shutter().kind == Shutter::kGlobal;
+  result.pairs.shutter = past->shutter.shutter();
+  result.pairs.velocity_before = past->shutter.velocityBefore();
 }
 
 void flagInliers(bool all, MatchResult& result) {
@@ -296,7 +297,7 @@ MatchFilter::Stages::Stages(const MatchFilterOptions& given)
       method(makeMethod(options)),
       extractor(makeFeatureExtractor(options.extractor)),
       matcher(matcherOptions(options, *method)),
-      selector(options.one_to_one, options.robust.rolling_shutter_readout > 0),
+      selector(options.one_to_one, options.robust.rolling_shutter_readout != 0),
       alignment(options.robust.simd) {
   // A filter that decides alone would take every match that agrees with the predicted motion for an inlier.
   if (options.search == SearchMode::kGuided && !method->wantsMutualMatches() && !method->filterDecides()) {

@@ -23,7 +23,8 @@ void MatchResult::clear(Status new_status) {
   pairs.rotation_prior.reset();
   pairs.previous_motion.reset();
   pairs.seconds.reset();
-  pairs.global_shutter = false;
+  pairs.shutter = {};
+  pairs.velocity_before.reset();
   confidence.clear();
   robust.clear();
   inlier.clear();

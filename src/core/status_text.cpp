@@ -85,12 +85,15 @@ std::string explainRansacFailed(const MatchResult& result) {
 }
 
 /// Why the pair was not corrected for the rolling shutter, as the end of a sentence; empty: it was, or no readout is
-/// set.
+/// known.
 std::string explainRows(const RobustResult& result, double readout, const char* prefix) {
   if (result.row_correction == RowCorrection::kUnknownTime) {
     return cv::format(
         "; not corrected for the rolling shutter: the images are less than %srolling_shutter_readout (%.3g s) apart",
         prefix, readout);
+  }
+  if (result.row_correction == RowCorrection::kUnlikely && readout < 0) {
+    return "; not corrected for the rolling shutter: the matches fit worse with the readout that was learnt";
   }
   if (result.row_correction == RowCorrection::kUnlikely) {
     return cv::format(

@@ -7,7 +7,6 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr double kUsualInterval = 1. / 30;  ///< seconds between images without stamps
 /// Seconds per focal length of rows that separate the two kinds: global shutters come to 0 to 3 ms, as they are
 /// calibrated, those that roll to 9 to 27.
 constexpr double kRolls = 0.005;
@@ -22,9 +21,8 @@ std::string toString(Shutter::Kind kind) {
   return kind == Shutter::kGlobal ? "global" : kind == Shutter::kRolling ? "rolling" : "unknown";
 }
 
-void ShutterEstimate::add(const std::array<double, 3>& rotation, std::optional<double> seconds, const RowRates& rates) {
-  latest_ = {seconds.value_or(kUsualInterval) > 0, rotation, rates};
-  for (double& velocity : latest_.velocity) velocity /= seconds.value_or(kUsualInterval);
+void ShutterEstimate::add(const AngularVelocity& velocity, const RowRates& rates, double corrected) {
+  latest_ = {true, velocity, rates, corrected};
 }
 
 void ShutterEstimate::advance() {
@@ -34,19 +32,22 @@ void ShutterEstimate::advance() {
   latest_.known = false;
 }
 
+std::optional<AngularVelocity> ShutterEstimate::velocityBefore() const {
+  if (!middle_.known) return std::nullopt;
+  return middle_.velocity;
+}
+
 void ShutterEstimate::count(const Pair& before, const Pair& pair, const Pair& after) {
-  // The camera rotates at each image as it does in the mean of both intervals.
-  std::array<double, 6> velocity;
-  for (size_t k = 0; k < 3; ++k) {
-    velocity[k] = 0.5 * (before.velocity[k] + pair.velocity[k]);
-    velocity[k + 3] = 0.5 * (pair.velocity[k] + after.velocity[k]);
-  }
-  double sum = 0, weight = 0;
-  for (size_t i = 0; i < 6; ++i) {
-    sum += velocity[i] * pair.rates.score[i];
-    for (size_t j = 0; j < 6; ++j) weight += velocity[i] * pair.rates.information[6 * i + j] * velocity[j];
-  }
-  if (weight > 0) readout_.add(StreamConstant<1>::Vector(sum), StreamConstant<1>::Matrix(weight));
+  using Vector = Eigen::Matrix<double, 6, 1>;
+  // The camera rotates at each image as it does in the mean of both intervals; points move against it.
+  Vector velocity;
+  velocity << before.velocity.value + pair.velocity.value, pair.velocity.value + after.velocity.value;
+  velocity *= -0.5;
+  const double score = velocity.dot(Eigen::Map<const Vector>(pair.rates.score.data()));
+  const Eigen::Map<const Eigen::Matrix<double, 6, 6>> rates(pair.rates.information.data());
+  const double information = velocity.dot(rates * velocity);
+  if (!(information > 0)) return;
+  readout_.add(StreamConstant<1>::Vector(score + pair.corrected * information), StreamConstant<1>::Matrix(information));
 }
 
 Shutter ShutterEstimate::shutter() const {

@@ -94,7 +94,7 @@ class LoProsac : public RansacMethod {
     weighAligned(plain, optimum);
     const RefinedPose& answer = judge_.refine(points_, true, optimum);
     if (!accept(pair, answer.pose.essential(), true)) return;
-    pair.result.judgement = judge_.judge(answer, optima_.alternatives, options_.mayRoll(pair.pairs.global_shutter));
+    pair.result.judgement = judge_.judge(answer, optima_.alternatives, options_.mayRoll(pair.pairs.shutter));
     pair.result.optimum = MotionStart(answer.pose);
   }
 

@@ -34,7 +34,7 @@ const MethodEntry& findMethod(const std::string& name) {
 std::unique_ptr<Method> makeMethod(const MatchFilterOptions& options) {
   options.validate();
   std::unique_ptr<Method> method = findMethod(options.method).make(options);
-  if (options.robust.rolling_shutter_readout <= 0) return method;
+  if (options.robust.rolling_shutter_readout == 0) return method;
   return std::make_unique<RollingShutter>(std::move(method), options.robust);
 }
 

@@ -53,7 +53,7 @@ RecoveredPose PoseRecovery::recover(const PointPairs& pairs, const Camera& camer
   const RefinedPose& refined = judge_.refine(judged, refine, chosen.optimum);
   RecoveredPose recovered;
   if (refine && result.model_type == ModelType::kEssential) recovered.model = refined.pose.essential().normalized();
-  recovered.judgement = &judge_.judge(refined, alternatives_, options_.mayRoll(pairs.global_shutter));
+  recovered.judgement = &judge_.judge(refined, alternatives_, options_.mayRoll(pairs.shutter));
   return recovered;
 }
 

@@ -19,6 +19,8 @@ using Eigen::Vector3d;
 
 /// Pixels by which a rotation must move points to need another estimate.
 constexpr double kLeastMoved = 0.1;
+/// Standard deviations above zero from which on a learnt readout is corrected for; the next pairs show what is left.
+constexpr double kKnown = 2;
 /// Each pass leaves a tenth of the error in the rotation.
 constexpr int kMostPasses = 3;
 /// Vuong's statistic: the moved points fit so much worse that rotation or readout must be wrong.
@@ -54,6 +56,18 @@ double stretch(const Camera& camera, double readout, const Vector3d& rate, int h
   return 1 - camera.pinhole().fy * readout * rate.x() / std::max(1, height - 1);
 }
 
+/// Rates of rotation at both images, which change evenly from the pair before to this one, unless the change is noise.
+RotationRates ratesOf(const PointPairs& pairs, const RelativePose& pose) {
+  const Vector3d rate = rotationVector(pose.R) / *pairs.seconds;
+  if (!pairs.velocity_before) return {rate, rate};
+  const Vector3d change = rate - pairs.velocity_before->value;
+  const double noise = pose.covariance.bottomRightCorner<3, 3>().trace() / (*pairs.seconds * *pairs.seconds) +
+                       pairs.velocity_before->variance;
+  // James and Stein's estimate (1961).
+  const Vector3d half = 0.5 * std::max(0., 1 - noise / std::max(1e-12, change.squaredNorm())) * change;
+  return {rate - half, rate + half};
+}
+
 /// True if the other sensor's rotation may be that of the images.
 bool agree(const RotationPrior& prior, const RobustResult& seen) {
   if (!seen.judgement.pose_found) return false;
@@ -74,11 +88,13 @@ void moveToMiddleRow(const PointPairs& pairs, const Camera& camera, double reado
 }
 
 RollingShutter::RollingShutter(std::unique_ptr<Method> method, const RobustOptions& options)
-    : method_(std::move(method)), readout_(options.rolling_shutter_readout), threshold_px_(options.inlierThreshold()) {}
+    : method_(std::move(method)), given_(options.rolling_shutter_readout), threshold_px_(options.inlierThreshold()) {}
 
 void RollingShutter::estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
   method_->estimate(pairs, camera, result);
-  if (!camera.calibrated()) return;
+  readout_ = camera.calibrated() ? readoutOf(pairs, camera) : 0;
+  if (readout_ == 0) return;
+  focal_readout_ = readout_ * camera.pinhole().fy / std::max(1, pairs.image_current.height);
   costs_.model.clear();
   correctByPair(pairs, camera, result);
   correctByPrior(pairs, camera, result);
@@ -87,15 +103,18 @@ void RollingShutter::estimate(const PointPairs& pairs, const Camera& camera, Rob
 void RollingShutter::correctByPair(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
   // A camera reads one image before the next.
   if (!(std::abs(pairs.seconds.value_or(0)) >= readout_)) {
-    result.row_correction = RowCorrection::kUnknownTime;
+    if (given_ > 0) result.row_correction = RowCorrection::kUnknownTime;
     return;
   }
-  Vector3d rate(0, 0, 0);
+  RotationRates rates;
   for (int pass = 0; pass < kMostPasses && result.judgement.pose_found; ++pass) {
-    const Vector3d shown = rotationVector(result.judgement.pose.R) / *pairs.seconds;
-    if (moves(shown - rate, camera) < kLeastMoved) return;
-    rate = shown;
-    if (tryMoved(pairs, camera, {rate, rate}, result) < kContradicted) {
+    const RotationRates shown = ratesOf(pairs, result.judgement.pose);
+    if (moves(shown.reference - rates.reference, camera) < kLeastMoved &&
+        moves(shown.current - rates.current, camera) < kLeastMoved) {
+      return;
+    }
+    rates = shown;
+    if (tryMoved(pairs, camera, rates, result) < kContradicted) {
       if (pass == 0) result.row_correction = RowCorrection::kUnlikely;
       return;
     }
@@ -138,6 +157,7 @@ double RollingShutter::tryMoved(const PointPairs& pairs, const Camera& camera, c
 void RollingShutter::accept(RowCorrection correction, RobustResult& result) {
   candidate_.effort = result.effort;
   candidate_.row_correction = correction;
+  candidate_.readout = focal_readout_;
   std::swap(result, candidate_);
   std::swap(costs_, candidate_costs_);
 }
@@ -159,6 +179,13 @@ void RollingShutter::weigh(const PointPairs& pairs, const Camera& camera, const 
   fill(result.model_type, result.model, threshold_px_, costs.model);
   fill(ModelType::kHomography, K * result.judgement.rotation_alone.transpose() * K.inverse(),
        kTransferThreshold * threshold_px_, costs.rotation);
+}
+
+double RollingShutter::readoutOf(const PointPairs& pairs, const Camera& camera) const {
+  const Shutter& learnt = pairs.shutter;
+  if (given_ > 0) return given_;
+  if (learnt.kind == Shutter::kGlobal || learnt.readout < kKnown * learnt.deviation) return 0;
+  return learnt.readout * pairs.image_current.height / camera.pinhole().fy;
 }
 
 double RollingShutter::moves(const Vector3d& rate, const Camera& camera) const {

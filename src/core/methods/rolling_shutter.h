@@ -1,5 +1,6 @@
-// ~rolling_shutter_readout: any method for a rolling shutter. The points of both images are moved to where the camera
-// saw them when it read its middle row, whose times the pose belongs to (doc/inside/judgement.md).
+// Any method for a rolling shutter, whose readout is given (~rolling_shutter_readout) or learnt. The points of both
+// images are moved to where the camera saw them when it read its middle row, whose times the pose belongs to
+// (doc/inside/judgement.md).
 #pragma once
 
 #include <memory>
@@ -41,10 +42,14 @@ class RollingShutter : public Method {
   };
   void weigh(const PointPairs& pairs, const Camera& camera, const RotationRates& rates, const RobustResult& result,
              Costs& costs) const;
+  /// 0: not known.
+  double readoutOf(const PointPairs& pairs, const Camera& camera) const;
   double moves(const Eigen::Vector3d& rate, const Camera& camera) const;
 
   std::unique_ptr<Method> method_;
-  double readout_, threshold_px_;
+  double given_, threshold_px_;
+  /// Of this pair: seconds from the first row to the last, and for as many rows as the focal length has pixels.
+  double readout_ = 0, focal_readout_ = 0;
   PointPairs moved_;
   RobustResult candidate_;
   Costs costs_, candidate_costs_;  ///< the former of the result; empty: not weighed yet

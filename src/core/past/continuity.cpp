@@ -16,7 +16,8 @@ constexpr int kSteady = 2, kMostSteady = 4;
 /// In a hand one in ten pairs whose direction nothing before shows is wrong, most with near and far exchanged. If the
 /// pair before shows it, be it as a guess, one in sixty is. Certain to half the limit, the others are as good.
 constexpr double kShown = 30 * M_PI / 180;
-constexpr float kLikelyStatic = 0.5f;  ///< least probability of a match whose keypoint is static
+constexpr double kUsualInterval = 1. / 30;  ///< seconds between images without stamps
+constexpr float kLikelyStatic = 0.5f;       ///< least probability of a match whose keypoint is static
 
 bool isSame(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.dot(b) > std::cos(kOtherDirection); }
 
@@ -34,9 +35,12 @@ void remember(const MatchResult& result, Past& past) {
       robust.judgement.pose_found ? Eigen::Vector3d(to_current * robust.judgement.pose.t) : Eigen::Vector3d::Zero();
   past.current_direction =
       to_current * (robust.judgement.translation_observable ? robust.judgement.pose.t : past.direction);
-  if (!robust.judgement.pose_found) return;
-  const Eigen::Vector3d turned = rotationVector(to_current);
-  past.shutter.add({turned.x(), turned.y(), turned.z()}, result.pairs.seconds, robust.judgement.row_rates);
+  const double seconds = result.pairs.seconds.value_or(kUsualInterval);
+  if (!robust.judgement.pose_found || !(seconds > 0)) return;
+  const RelativePose& pose = robust.judgement.pose;
+  const double variance = pose.covariance.bottomRightCorner<3, 3>().trace();
+  past.shutter.add({rotationVector(pose.R) / seconds, variance / (seconds * seconds)}, robust.judgement.row_rates,
+                   robust.readout);
 }
 
 /// Notes which keypoints of the current image are static: those that the motion explains; without one, those that were.

@@ -47,7 +47,8 @@ void PointPairs::gather(const PointPairs& all, const std::vector<int>& rows) {
   scale_factor = all.scale_factor;
   rotation_prior = all.rotation_prior;
   previous_motion = all.previous_motion;
-  global_shutter = all.global_shutter;
+  shutter = all.shutter;
+  velocity_before = all.velocity_before;
   seconds = all.seconds;
 }
 
