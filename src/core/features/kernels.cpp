@@ -69,25 +69,17 @@ constexpr int kDiscHalfWidth[kAngleRadius + 1] = {15, 15, 15, 15, 14, 14, 14, 13
 
 constexpr Disc makeDisc() {
   Disc disc{};
-  for (int i = 0; i < 2 * kAngleRadius + 2; ++i) {
+  for (int i = 0; i < Disc::kRow; ++i) {
     const int u = i - kAngleRadius;
-    disc.column[i] = static_cast<int16_t>(u);
     for (int v = 0; v <= kAngleRadius; ++v) {
-      disc.mask[v][i] = u <= kDiscHalfWidth[v] && -u <= kDiscHalfWidth[v] ? -1 : 0;
+      if (u > kDiscHalfWidth[v] || -u > kDiscHalfWidth[v]) continue;
+      disc.x[v][i] = static_cast<int8_t>(u);
+      if (v > 0) disc.x[v][Disc::kRow + i] = disc.x[v][i];
+      disc.y[v][i] = static_cast<int8_t>(v);
+      disc.y[v][Disc::kRow + i] = static_cast<int8_t>(-v);
     }
   }
   return disc;
-}
-
-PatternCoordinates separatePattern() {
-  PatternCoordinates separate;
-  for (int i = 0; i < kOrbTests; ++i) {
-    separate.x[0][i] = kOrbPattern[i].x0;
-    separate.y[0][i] = kOrbPattern[i].y0;
-    separate.x[1][i] = kOrbPattern[i].x1;
-    separate.y[1][i] = kOrbPattern[i].y1;
-  }
-  return separate;
 }
 
 DistinctPattern numberPoints() {
@@ -110,7 +102,6 @@ DistinctPattern numberPoints() {
 }  // namespace
 
 const Disc kDisc = makeDisc();
-const PatternCoordinates kPatternCoordinates = separatePattern();
 const DistinctPattern kDistinctPattern = numberPoints();
 
 }  // namespace detail

@@ -6,17 +6,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "features/orb_pattern.h"
 #include "gms_ransac/simd.h"
 
 namespace gms_ransac {
-
-/// One binary test: bit i of the descriptor is I(x0, y0) < I(x1, y1), in the keypoint's own, upright frame.
-struct OrbTest {
-  int8_t x0, y0, x1, y1;
-};
-
-constexpr int kOrbTests = 256;
-extern const OrbTest kOrbPattern[kOrbTests];
 
 /// Where each pixel of a resized row comes from: source[offset] * (256 - weight) + source[offset + 1] * weight, the
 /// 8.8 fixed point of OpenCV's INTER_LINEAR_EXACT.
@@ -118,18 +111,44 @@ const FeatureKernels& neonFeatureKernels();
 
 /// Gaussian of 7 taps and sigma 2, as cv::getGaussianKernel gives it in float.
 extern const float kBlurKernel[kBlurTaps];
-/// The disc of the intensity centroid: masks of its rows 0..15 over columns -15..16, and those columns as weights.
+/// The disc of the intensity centroid: coordinates of its pixels, zero outside of it. One entry holds columns -15..16
+/// of the row v below the centre, then of the row v above.
 struct Disc {
-  int16_t mask[kAngleRadius + 1][2 * kAngleRadius + 2];
-  int16_t column[2 * kAngleRadius + 2];
+  static constexpr int kRow = 2 * kAngleRadius + 2;
+  int8_t x[kAngleRadius + 1][2 * kRow], y[kAngleRadius + 1][2 * kRow];
 };
 extern const Disc kDisc;
-/// kOrbPattern as separate coordinates: first points, then second points.
-struct PatternCoordinates {
-  alignas(64) float x[2][kOrbTests];
-  alignas(64) float y[2][kOrbTests];
+/// Quarter turns, which only exchange and negate coordinates, make the 375 points of kOrbPattern of 174.
+struct QuarterPattern {
+  static constexpr int kPoints = 176;  ///< 174, and the centre as padding to whole vectors
+  static constexpr int kTurns = 4;
+  alignas(64) float x[kPoints] = {}, y[kPoints] = {};
+  uint16_t slot[2][kOrbTests] = {};  ///< of each end of a test: turns * kPoints + point
+
+  constexpr QuarterPattern() {
+    int points = 0;
+    for (int i = 0; i < kOrbTests; ++i) {
+      const OrbTest& test = kOrbPattern[i];
+      slot[0][i] = slotOf(test.x0, test.y0, points);
+      slot[1][i] = slotOf(test.x1, test.y1, points);
+    }
+  }
+
+ private:
+  constexpr uint16_t slotOf(int to_x, int to_y, int& points) {
+    int turns = 0, point = 0;
+    for (; to_x < 0 || to_y < 0 || (to_x == 0 && to_y > 0); ++turns) {
+      const int before = to_x;
+      to_x = to_y;
+      to_y = -before;
+    }
+    while (point < points && !(x[point] == to_x && y[point] == to_y)) ++point;
+    if (point == points) ++points;
+    x[point] = static_cast<float>(to_x);
+    y[point] = static_cast<float>(to_y);
+    return static_cast<uint16_t>(turns * kPoints + point);
+  }
 };
-extern const PatternCoordinates kPatternCoordinates;
 struct DistinctPattern {
   static constexpr int kPoints = 384;  ///< 375, and the centre as padding to whole vectors
   static constexpr int kTable = 128;   ///< points among which one byte permutation chooses

@@ -22,16 +22,18 @@ struct Avx2 : Vectors {
   }
   static uint64_t greaterMask(U8 a, U8 b) { return static_cast<uint32_t>(_mm256_movemask_epi8(__m256i(a > b))); }
 
-  static U8 read(const uint8_t* centre, const int32_t* offsets) {
+  template <int... i>
+  [[gnu::always_inline]] static U8 read(const uint8_t* centre, const int32_t* offsets, const uint16_t* numbers,
+                                        std::integer_sequence<int, i...>) {
     U8 pixels{};
-#pragma GCC unroll 32
-    for (int i = 0; i < kBytes; ++i) pixels[i] = centre[offsets[i]];  // one instruction each
+    ((pixels[i] = centre[offsets[numbers[i]]]), ...);  // two instructions each
     return pixels;
   }
 
-  static I16 loadAsHalves(const uint8_t* p) { return I16(_mm256_cvtepu8_epi16(load128(p))); }
-  static int dot(I16 a, I16 b) {
-    const __m256i sums = _mm256_madd_epi16(__m256i(a), __m256i(b));
+  static I16 multiplyPairs(U8 a, const int8_t* b) { return I16(_mm256_maddubs_epi16(__m256i(a), loadAny<__m256i>(b))); }
+  static I32 addPairs(I16 a) { return I32(_mm256_madd_epi16(__m256i(a), _mm256_set1_epi16(1))); }
+  static int sum(I32 a) {
+    const auto sums = __m256i(a);
     __m128i sum = _mm_add_epi32(_mm256_castsi256_si128(sums), _mm256_extracti128_si256(sums, 1));
     sum = _mm_add_epi32(sum, _mm_shuffle_epi32(sum, 0x4e));
     sum = _mm_add_epi32(sum, _mm_shuffle_epi32(sum, 0xb1));

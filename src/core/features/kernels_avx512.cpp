@@ -35,10 +35,12 @@ struct Avx512 : Vectors {
     return count;
   }
 
-  static I16 loadAsHalves(const uint8_t* p) {
-    return I16(_mm512_cvtepu8_epi16(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p))));
+  static U8 loadPart(const uint8_t* below, const uint8_t* above, int) {
+    return U8(_mm512_inserti64x4(_mm512_castsi256_si512(loadAny<__m256i>(below)), loadAny<__m256i>(above), 1));
   }
-  static int dot(I16 a, I16 b) { return _mm512_reduce_add_epi32(_mm512_madd_epi16(__m512i(a), __m512i(b))); }
+  static I16 multiplyPairs(U8 a, const int8_t* b) { return I16(_mm512_maddubs_epi16(__m512i(a), loadAny<__m512i>(b))); }
+  static I32 addPairs(I16 a) { return I32(_mm512_madd_epi16(__m512i(a), _mm512_set1_epi16(1))); }
+  static int sum(I32 a) { return _mm512_reduce_add_epi32(__m512i(a)); }
   static __m512i loadWindows(const uint8_t* source, const int32_t* window) {
     return join([&](int i) { return load128(source + window[i]); });
   }

@@ -45,11 +45,32 @@ struct Vectors {
   static U8 otherMax(U8 a, U8 b) { return max(a, b); }
   static U8 keepGreater(U8 a, U8 b) { return a > b ? a : U8{}; }
   static I32 timesStride(I32 rows, int stride) { return rows * stride; }
-  /// The pixels at kBytes offsets.
-  static U8 read(const uint8_t* centre, const int32_t* offsets) {
-    uint8_t pixels[kBytes];
-    for (int i = 0; i < kBytes; ++i) pixels[i] = centre[offsets[i]];
+  /// The pixels at the offsets with these numbers, which are to be constants of the compiled code.
+  template <int... i>
+  [[gnu::always_inline]] static U8 read(const uint8_t* centre, const int32_t* offsets, const uint16_t* numbers,
+                                        std::integer_sequence<int, i...>) {
+    const uint8_t pixels[kBytes] = {centre[offsets[numbers[i]]]...};
     return load(pixels);
+  }
+  /// Bytes of an entry of Disc from `part` on, with the pixels of its two rows.
+  static U8 loadPart(const uint8_t* below, const uint8_t* above, int part) {
+    constexpr int kRow = detail::Disc::kRow;
+    return load((part < kRow ? below : above) + part % kRow);
+  }
+  /// Sums of the products of neighbours; below, of neighbours.
+  static I16 multiplyPairs(U8 a, const int8_t* b) {
+    const auto both = loadAny<I16>(b);
+    const auto pairs = reinterpret_cast<U16>(a);
+    return reinterpret_cast<I16>(pairs & 255) * (both << 8 >> 8) + reinterpret_cast<I16>(pairs >> 8) * (both >> 8);
+  }
+  static I32 addPairs(I16 a) {
+    const auto pairs = reinterpret_cast<I32>(a);
+    return (pairs << 16 >> 16) + (pairs >> 16);
+  }
+  static int sum(I32 a) {
+    int total = 0;
+    for (int i = 0; i < kFloats; ++i) total += a[i];
+    return total;
   }
   static int storeColumns(uint64_t mask, int x, uint16_t* columns) {
     int count = 0;
@@ -308,45 +329,73 @@ void blurTwoRows(const float* const pixels[2], float* const rows[kBlurTaps + 1],
 
 template <typename V>
 void moments(const uint8_t* centre, ptrdiff_t stride, int& m10, int& m01) {
-  using I16 = typename V::I16;
-  m10 = m01 = 0;
-  for (int column = 0; column < 2 * kAngleRadius + 2; column += V::kHalves) {
-    const uint8_t* pixel = centre - kAngleRadius + column;
-    I16 sum = V::loadAsHalves(pixel) & V::load(detail::kDisc.mask[0] + column);
-    I16 lever = V::setHalves(0);  // at most 255 * (1 + ... + 15) = 30600: 16 bits hold it
-    for (int v = 1; v <= kAngleRadius; ++v) {
-      const I16 mask = V::load(detail::kDisc.mask[v] + column);
-      const I16 below = V::loadAsHalves(pixel + v * stride) & mask, above = V::loadAsHalves(pixel - v * stride) & mask;
-      sum += below + above;
-      lever += static_cast<int16_t>(v) * (below - above);
+  using detail::Disc;
+  using detail::kDisc;
+  constexpr int kTogether = 2;  // rows below, and above, whose sums 16 bits hold: 4 * 255 * (14 + 15) is the most
+  const uint8_t *below = centre - kAngleRadius, *above = below;
+  typename V::I32 sum_x{}, sum_y{};
+  for (int v = 0; v <= kAngleRadius; v += kTogether) {
+    typename V::I16 x{}, y{};
+    for (int k = v; k < v + kTogether; ++k, below += stride, above -= stride) {
+      for (int part = 0; part < 2 * Disc::kRow; part += V::kBytes) {
+        const auto pixels = V::loadPart(below, above, part);
+        x += V::multiplyPairs(pixels, kDisc.x[k] + part);
+        y += V::multiplyPairs(pixels, kDisc.y[k] + part);
+      }
     }
-    m10 += V::dot(sum, V::load(detail::kDisc.column + column));
-    m01 += V::dot(lever, V::setHalves(1));
+    sum_x += V::addPairs(x);
+    sum_y += V::addPairs(y);
   }
+  m10 = V::sum(sum_x);
+  m01 = V::sum(sum_y);
 }
 
 /// Offsets from the keypoint of points rotated with it, as cv::ORB's compiled code computes them: two roundings
 /// each, never fused.
 template <typename V>
-inline auto rotate(const float* x, const float* y, typename V::F32 cosine, typename V::F32 sine, ptrdiff_t stride) {
-  using F32 = typename V::F32;
-  const F32 from_x = V::load(x), from_y = V::load(y);
-  const F32 column = from_x * cosine - from_y * sine, row = from_x * sine + from_y * cosine;
-  return V::timesStride(V::rounded(row), static_cast<int>(stride)) + V::rounded(column);
+struct Rotated {
+  typename V::I32 column, row;
+
+  Rotated(const float* x, const float* y, typename V::F32 cosine, typename V::F32 sine) {
+    const auto from_x = V::load(x), from_y = V::load(y);
+    column = V::rounded(from_x * cosine - from_y * sine);
+    row = V::rounded(from_x * sine + from_y * cosine);
+  }
+};
+
+constexpr detail::QuarterPattern kQuarterPattern;
+
+/// Bits of the tests from `first` on. The places of the offsets are constants of the compiled code.
+template <typename V, int first>
+void testPixels(const uint8_t* centre, const int32_t* offsets, uint8_t* descriptor) {
+  constexpr auto kLanes = std::make_integer_sequence<int, V::kBytes>();
+  const auto* slots = kQuarterPattern.slot;
+  const uint64_t bits = V::greaterMask(V::read(centre, offsets, slots[1] + first, kLanes),
+                                       V::read(centre, offsets, slots[0] + first, kLanes));
+  std::memcpy(descriptor + first / 8, &bits, V::kBytes / 8);
+}
+
+template <typename V, int... group>
+void testAllPixels(const uint8_t* centre, const int32_t* offsets, uint8_t* descriptor,
+                   std::integer_sequence<int, group...>) {
+  (testPixels<V, group * V::kBytes>(centre, offsets, descriptor), ...);
 }
 
 template <typename V>
 void describe(const uint8_t* centre, ptrdiff_t stride, float cosine, float sine, uint8_t* descriptor) {
+  constexpr int kPoints = detail::QuarterPattern::kPoints;
   const auto c = V::setFloat(cosine), s = V::setFloat(sine);
-  alignas(64) int32_t offset[2][kOrbTests];
-  for (int end = 0; end < 2; ++end) {
-    const float *x = detail::kPatternCoordinates.x[end], *y = detail::kPatternCoordinates.y[end];
-    for (int i = 0; i < kOrbTests; i += V::kFloats) V::store(offset[end] + i, rotate<V>(x + i, y + i, c, s, stride));
+  alignas(64) int32_t offsets[detail::QuarterPattern::kTurns * kPoints];
+  for (int i = 0; i < kPoints; i += V::kFloats) {
+    const Rotated<V> point(kQuarterPattern.x + i, kQuarterPattern.y + i, c, s);
+    const auto here = V::timesStride(point.row, static_cast<int>(stride)) + point.column;
+    const auto turned = V::timesStride(point.column, static_cast<int>(stride)) - point.row;
+    V::store(offsets + i, here);
+    V::store(offsets + kPoints + i, turned);
+    V::store(offsets + 2 * kPoints + i, -here);
+    V::store(offsets + 3 * kPoints + i, -turned);
   }
-  for (int i = 0; i < kOrbTests; i += V::kBytes) {
-    const uint64_t bits = V::greaterMask(V::read(centre, offset[1] + i), V::read(centre, offset[0] + i));
-    std::memcpy(descriptor + i / 8, &bits, V::kBytes / 8);
-  }
+  testAllPixels<V>(centre, offsets, descriptor, std::make_integer_sequence<int, kOrbTests / V::kBytes>());
 }
 
 /// The same for a V that can look up bytes in registers: reads each point of the pattern once, with kRead.
@@ -357,7 +406,8 @@ void describeByLookUp(const uint8_t* centre, ptrdiff_t stride, float cosine, flo
   const auto c = V::setFloat(cosine), s = V::setFloat(sine);
   alignas(64) int32_t offset[DistinctPattern::kPoints];
   for (int i = 0; i < DistinctPattern::kPoints; i += V::kFloats) {
-    V::store(offset + i, rotate<V>(kDistinctPattern.x + i, kDistinctPattern.y + i, c, s, stride));
+    const Rotated<V> point(kDistinctPattern.x + i, kDistinctPattern.y + i, c, s);
+    V::store(offset + i, V::timesStride(point.row, static_cast<int>(stride)) + point.column);
   }
   typename V::U8 pixels[DistinctPattern::kPoints / V::kBytes];
   for (int i = 0; i < DistinctPattern::kPoints / V::kBytes; ++i) pixels[i] = kRead(centre, offset + i * V::kBytes);

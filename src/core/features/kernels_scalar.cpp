@@ -17,7 +17,6 @@ struct Portable : Vectors {
   using FourBytes [[gnu::vector_size(4)]] = uint8_t;
   using EightBytes [[gnu::vector_size(8)]] = uint8_t;
   using EightHalves [[gnu::vector_size(16)]] = uint16_t;
-  using EightInts [[gnu::vector_size(32)]] = int32_t;
   using EightWords [[gnu::vector_size(32)]] = uint32_t;
   using FourDoubles [[gnu::vector_size(32)]] = double;
 
@@ -34,13 +33,6 @@ struct Portable : Vectors {
     return bits[0] * 0x0101010101010101u >> 56 | bits[1] * 0x0101010101010101u >> 56 << 8;
   }
 
-  static I16 loadAsHalves(const uint8_t* p) { return __builtin_convertvector(loadAny<EightBytes>(p), I16); }
-  static int dot(I16 a, I16 b) {
-    const EightInts products = __builtin_convertvector(a, EightInts) * __builtin_convertvector(b, EightInts);
-    int sum = 0;
-    for (int i = 0; i < kHalves; ++i) sum += products[i];
-    return sum;
-  }
   static void storeBlend(uint8_t* p, I16 upper, I16 lower, int weight) {
     const auto first = __builtin_convertvector(reinterpret_cast<EightHalves>(upper), EightWords);
     const auto second = __builtin_convertvector(reinterpret_cast<EightHalves>(lower), EightWords);
@@ -72,8 +64,13 @@ struct Neon : Portable {
   static U8 addSaturated(U8 a, U8 b) { return vqaddq_u8(a, b); }
   static bool anyGreater(U8 a, U8 b) { return vmaxvq_u8(vqsubq_u8(a, b)) != 0; }
 
-  static I16 loadAsHalves(const uint8_t* p) { return reinterpret_cast<I16>(vmovl_u8(vld1_u8(p))); }
-  static int dot(I16 a, I16 b) { return vaddvq_s32(vmlal_high_s16(vmull_s16(vget_low_s16(a), vget_low_s16(b)), a, b)); }
+  /// Of the pixels less 128, because b adds up to zero over a disc.
+  static I16 multiplyPairs(U8 a, const int8_t* b) {
+    const int8x16_t pixels = vreinterpretq_s8_u8(a ^ 128), factors = vld1q_s8(b);
+    return vpaddq_s16(vmull_s8(vget_low_s8(pixels), vget_low_s8(factors)), vmull_high_s8(pixels, factors));
+  }
+  static I32 addPairs(I16 a) { return vpaddlq_s16(a); }
+  static int sum(I32 a) { return vaddvq_s32(a); }
   static U8 loadWindows(const uint8_t* source, const int32_t* window) { return load(source + window[0]); }
   static I16 shuffle(U8 window, const uint8_t* positions) {
     return reinterpret_cast<I16>(vqtbl1q_u8(window, load(positions)));

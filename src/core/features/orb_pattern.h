@@ -19,12 +19,21 @@
 // SERVICES; LOSS OF USE, DATA, OR PROFITS; OR BUSINESS INTERRUPTION) HOWEVER CAUSED AND ON ANY THEORY OF LIABILITY,
 // WHETHER IN CONTRACT, STRICT LIABILITY, OR TORT (INCLUDING NEGLIGENCE OR OTHERWISE) ARISING IN ANY WAY OUT OF THE USE
 // OF THIS SOFTWARE, EVEN IF ADVISED OF THE POSSIBILITY OF SUCH DAMAGE.
-#include "features/kernels.h"
+#pragma once
+
+#include <cstdint>
 
 namespace gms_ransac {
 
+/// One binary test: bit i of the descriptor is I(x0, y0) < I(x1, y1), in the keypoint's own, upright frame.
+struct OrbTest {
+  int8_t x0, y0, x1, y1;
+};
+
+constexpr int kOrbTests = 256;
+
 // clang-format off
-const OrbTest kOrbPattern[kOrbTests] = {
+constexpr OrbTest kOrbPattern[kOrbTests] = {
     {8, -3, 9, 5}, {4, 2, 7, -12}, {-11, 9, -8, 2}, {7, -12, 12, -13}, {2, -13, 2, 12}, {1, -7, 1, 6},
     {-2, -10, -2, -4}, {-13, -13, -11, -8}, {-13, -3, -12, -9}, {10, 4, 11, 9}, {-13, -8, -8, -9}, {-11, 7, -9, 12},
     {7, 7, 12, 6}, {-4, -5, -3, 0}, {-13, 2, -12, -3}, {-9, 0, -7, 5}, {12, -6, 12, -1}, {-3, 6, -2, 12},
