@@ -17,7 +17,7 @@ namespace gms_ransac {
 
 /// The cell, of `count` in a row, that holds a position given in cells; the nearest one outside.
 inline int cellAt(float position, int count) {
-  return static_cast<int>(std::min(std::max(std::floor(position), 0.f), static_cast<float>(count - 1)));
+  return static_cast<int>(std::min(std::max(position, 0.f), static_cast<float>(count - 1)));
 }
 
 /// Affine motion of the points of one reference cell, pixels of the received images.

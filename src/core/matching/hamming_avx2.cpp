@@ -113,9 +113,57 @@ struct Avx2 {
   }
 };
 
+inline __m256i fourDistances(__m256i query, const uint8_t* rows) {
+  const __m256i low_half = _mm256_set1_epi8(15), counts = _mm256_broadcastsi128_si256(Avx2::differences(0));
+  const auto words = [&](int i) {  // a sum for each word of 64 bits
+    const __m256i row = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(rows + i * kHammingBytes));
+    const __m256i bits = _mm256_xor_si256(query, row);
+    const __m256i low = _mm256_shuffle_epi8(counts, _mm256_and_si256(bits, low_half));
+    const __m256i high = _mm256_shuffle_epi8(counts, Avx2::upperHalves(bits, low_half));
+    return _mm256_sad_epu8(_mm256_add_epi8(low, high), _mm256_setzero_si256());
+  };
+  const auto addNeighbors = [](__m256i a, __m256i b) {
+    return _mm256_add_epi64(_mm256_unpacklo_epi64(a, b), _mm256_unpackhi_epi64(a, b));
+  };
+  const __m256i first = addNeighbors(words(0), words(1)), last = addNeighbors(words(2), words(3));
+  return _mm256_add_epi64(_mm256_permute2x128_si256(first, last, 0x20), _mm256_permute2x128_si256(first, last, 0x31));
+}
+
+/// Distance and index in one number each, sorted without branches.
+NearestTwo searchRuns(const uint8_t* query, const uint8_t* rows, const int32_t* index, const RowRun* runs,
+                      int run_count) {
+  constexpr int kRows = 4, kIndexBits = 23;  // 9 bits hold a distance; the upper words of the lanes are zero
+  constexpr uint32_t kLargestIndex = (1U << kIndexBits) - 1,
+                     kNone = (uint32_t{kNoDistance} << kIndexBits) | kLargestIndex;
+  const __m256i query_bits = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(query));
+  const __m256i none = _mm256_set1_epi64x(kNone), lanes = _mm256_setr_epi64x(0, 1, 2, 3);
+  __m256i best = none, second = none;
+  for (int run = 0; run < run_count; ++run) {
+    for (int32_t j = runs[run].first; j < runs[run].last; j += kRows) {
+      const __m256i distances = fourDistances(query_bits, rows + static_cast<size_t>(j) * kHammingBytes);
+      const __m256i indices = _mm256_cvtepu32_epi64(_mm_loadu_si128(reinterpret_cast<const __m128i*>(index + j)));
+      const __m256i key = _mm256_or_si256(_mm256_slli_epi64(distances, kIndexBits), indices);
+      const __m256i held = _mm256_cmpgt_epi32(_mm256_set1_epi32(runs[run].last - j), lanes);
+      const __m256i kept = _mm256_blendv_epi8(none, key, held);
+      second = _mm256_min_epu32(second, _mm256_max_epu32(best, kept));
+      best = _mm256_min_epu32(best, kept);
+    }
+  }
+  alignas(32) uint64_t keys[2 * kRows];
+  Avx2::store(keys, best);
+  Avx2::store(keys + kRows, second);
+  uint64_t nearest = kNone, next = kNone;
+  for (const uint64_t key : keys) {
+    next = std::min(next, std::max(nearest, key));
+    nearest = std::min(nearest, key);
+  }
+  return {nearest == kNone ? -1 : static_cast<int32_t>(nearest & kLargestIndex),
+          static_cast<uint16_t>(nearest >> kIndexBits), static_cast<uint16_t>(next >> kIndexBits)};
+}
+
 }  // namespace
 
-const HammingKernel kHammingKernelAvx2 = Blocked<Avx2>::kernel();
+const HammingKernel kHammingKernelAvx2 = Blocked<Avx2>::kernel(searchRuns);
 
 }  // namespace gms_ransac
 #endif
