@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "matching/patch_kernels.h"
 
@@ -18,7 +19,6 @@ constexpr int kVectors = (kRimSide + kLanes - 1) / kLanes;  ///< of a row
 using F32 [[gnu::vector_size(GMS_RANSAC_VECTOR_BYTES)]] = float;
 using I32 [[gnu::vector_size(GMS_RANSAC_VECTOR_BYTES)]] = int32_t;
 using Bytes [[gnu::vector_size(kLanes)]] = uint8_t;
-using Words [[gnu::vector_size(2 * kLanes)]] = uint16_t;
 using FourFloats [[gnu::vector_size(16)]] = float;
 
 template <typename Vector>
@@ -30,10 +30,12 @@ inline Vector load(const void* p) {
 
 inline F32 loadFloats(const float* row, int vector) { return load<F32>(row + vector * kLanes); }
 inline void store(float* row, int vector, F32 a) { std::memcpy(row + vector * kLanes, &a, sizeof a); }
-/// Step by step, because GCC converts bytes to floats at once one by one.
-inline F32 loadBytes(const uint8_t* p) {
-  return __builtin_convertvector(__builtin_convertvector(__builtin_convertvector(load<Bytes>(p), Words), I32), F32);
+/// Number by number, of which GCC makes one instruction, unlike of a conversion of the vector.
+template <int... i>
+inline F32 toFloats(const Bytes& bytes, std::integer_sequence<int, i...>) {
+  return __builtin_convertvector(I32{bytes[i]...}, F32);
 }
+inline F32 loadBytes(const uint8_t* p) { return toFloats(load<Bytes>(p), std::make_integer_sequence<int, kLanes>()); }
 inline F32 all(float a) { return a - F32{}; }
 
 /// Offsets of the columns from the centre, and 1 in each; past the last one its offset, and 0.
@@ -65,9 +67,12 @@ void sampleUpright(const uint8_t* image, ptrdiff_t stride, const PatchMap& place
   static constexpr Columns<kSide> columns;
   const auto left = static_cast<int>(place.x), top = static_cast<int>(place.y);
   const F32 u = all(place.x - static_cast<float>(left)), v = all(place.y - static_cast<float>(top));
-  uint8_t pixels[kSide + 1][2 * kPatchLanes] = {};
+  uint8_t pixels[kSide + 1][2 * kPatchLanes];
   const uint8_t* first = image + (top - columns.kHalf) * stride + left - columns.kHalf;
-  for (int row = 0; row <= kSide; ++row) std::memcpy(pixels[row], first + row * stride, kSide + 1);
+  for (int row = 0; row <= kSide; ++row) {
+    std::memset(pixels[row], 0, sizeof pixels[row]);
+    std::memcpy(pixels[row], first + row * stride, kSide + 1);
+  }
   F32 above[kVectors];
   for (int row = 0; row <= kSide; ++row) {
     for (int k = 0; k < kVectors; ++k) {
