@@ -70,10 +70,35 @@ struct Avx2 : Vectors {
   }
 };
 
+/// FeatureKernels::compareRow at 16 places together: one instruction adds up the differences of four columns.
+void compareFourColumns(const uint8_t* left, const uint8_t* right, ptrdiff_t stride, int count, int16_t* sums) {
+  static_assert(kRowWindowWidth == 2 * 4 + 1);
+  constexpr int kEight = 8, kFirstFour = 0, kNextFour = 0b101101;  // of both, in both halves of a register
+  __m256i window[kRowWindowHeight];
+  __m128i last[kRowWindowHeight];
+  for (int y = 0; y < kRowWindowHeight; ++y) {
+    window[y] = _mm256_broadcastsi128_si256(Avx2::load128(left + y * stride));
+    last[y] = _mm_set1_epi8(static_cast<char>(left[y * stride + kEight]));
+  }
+  for (int k = 0; k < count; k += 2 * kEight) {
+    __m256i sum = _mm256_setzero_si256();
+    for (int y = 0; y < kRowWindowHeight; ++y) {
+      const uint8_t* row = right + y * stride + k;
+      const __m128i further = Avx2::load128(row + kEight);
+      const __m256i places = _mm256_set_m128i(further, Avx2::load128(row));
+      const __m128i of_last = _mm_sub_epi8(_mm_max_epu8(further, last[y]), _mm_min_epu8(further, last[y]));
+      sum = _mm256_add_epi16(sum, _mm256_mpsadbw_epu8(places, window[y], kFirstFour));
+      sum = _mm256_add_epi16(sum, _mm256_mpsadbw_epu8(places, window[y], kNextFour));
+      sum = _mm256_add_epi16(sum, _mm256_cvtepu8_epi16(of_last));
+    }
+    Avx2::store(sums + k, sum);
+  }
+}
+
 }  // namespace
 
 const FeatureKernels& detail::avx2FeatureKernels() {
-  static const FeatureKernels kernels = kernelsOf<Avx2>();
+  static const FeatureKernels kernels = kernelsOf<Avx2>(describe<Avx2>, compareFourColumns);
   return kernels;
 }
 

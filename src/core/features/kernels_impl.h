@@ -451,9 +451,10 @@ void compareRow(const uint8_t* left, const uint8_t* right, ptrdiff_t stride, int
 }
 
 template <typename V>
-FeatureKernels kernelsOf(decltype(FeatureKernels::describe) describe_keypoint = describe<V>) {
+FeatureKernels kernelsOf(decltype(FeatureKernels::describe) describe_keypoint = describe<V>,
+                         decltype(FeatureKernels::compareRow) compare_row = compareRow<V>) {
   return {resizeRow<V>,   blendRows<V>, contrastRow<V>,    maximaRow<V>,   widenRow<V>,
-          blurTwoRows<V>, moments<V>,   describe_keypoint, gradientRow<V>, compareRow<V>};
+          blurTwoRows<V>, moments<V>,   describe_keypoint, gradientRow<V>, compare_row};
 }
 
 }  // namespace

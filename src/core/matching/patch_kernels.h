@@ -30,6 +30,24 @@ struct PatchMoments {
   float one, x, y, xx, xy, yy;
 };
 
+constexpr int kRowPatchWidth = 11, kRowPatchHeight = 9;  ///< of the grey levels that are aligned along a row
+constexpr int kRowShifts = 5;                            ///< at which they are compared, a pixel apart
+constexpr int kRowPixels = kRowPatchWidth + kRowShifts;  ///< read of a row
+constexpr uint16_t kWholeRow = 256;
+
+struct PixelRows {
+  const uint8_t* first;
+  ptrdiff_t stride;
+};
+
+/// Sums over the patch of the left image, of its gradients along the row (differences over two pixels), of the right
+/// image at each shift and without one, and of the products of two.
+struct RowSums {
+  int gradient, own;
+  int gradient_gradient, own_own, middle_middle, gradient_own;
+  int there[kRowShifts], gradient_there[kRowShifts];
+};
+
 struct PatchKernels {
   /// Grey levels, bilinear. All pixels must lie in the image, whose right and lower neighbours are read.
   void (*sample)(const uint8_t* image, ptrdiff_t stride, const PatchMap& place, PatchNumbers& levels);
@@ -42,6 +60,9 @@ struct PatchKernels {
   float (*product)(const PatchNumbers& a, const PatchNumbers& b);
   /// The same for products with the coordinates.
   PatchMoments (*moments)(const PatchNumbers& a, const PatchNumbers& b);
+  /// `left`: from the column before the patch; `right`: at the first shift, lower by `below` of kWholeRow. Reads
+  /// kRowPixels of a row, and a row more of the right image if it is lower.
+  RowSums (*sumRows)(const PixelRows& left, const PixelRows& right, uint16_t below);
 };
 
 const PatchKernels& patchKernels(SimdLevel level);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "matching/patch_kernels.h"
+#include "matching/row_sums_impl.h"
 
 namespace gms_ransac {
 namespace {
@@ -201,7 +202,7 @@ PatchMoments moments(const PatchNumbers& a, const PatchNumbers& b) {
   return {sum(one), sum(x), sum(y), sum(xx), sum(xy), sum(yy)};
 }
 
-constexpr PatchKernels kKernels = {sample, sampleWithDifferences, normalize, product, moments};
+constexpr PatchKernels kKernels = {sample, sampleWithDifferences, normalize, product, moments, sumRows};
 
 }  // namespace
 }  // namespace gms_ransac

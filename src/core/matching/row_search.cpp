@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
-#include <numeric>
 
 #include <opencv2/imgproc.hpp>
+
+#include "matching/patch_kernels.h"
 
 namespace gms_ransac {
 
@@ -15,60 +15,11 @@ namespace {
 // A place stands out if all others but its neighbours differ by so many times as much.
 constexpr int kApart = 2;
 constexpr double kStandsOut = 1.3;
-// The window of grey levels that is aligned, and how far, pixels. Its rows lie kRow apart, with room to shift it.
-constexpr int kWidth = 11, kHeight = 9, kReach = 2, kShifts = 2 * kReach + 1, kRow = kWidth + kShifts;
-constexpr int kPixels = kWidth * kHeight, kLevels = kRow * kHeight;
-
-constexpr uint16_t kWholeRow = 256;
-
-/// Grey levels, or what is computed of them, in the rows of a window.
-struct Levels {
-  int16_t at[kLevels + kShifts] = {};
-
-  Levels() = default;
-  /// The window lies lower by `below` of kWholeRow.
-  Levels(const cv::Mat& image, int left, int top, uint16_t below = 0) {
-    uint8_t bytes[kLevels + kRow] = {};
-    for (int v = 0; v < kHeight + (below > 0); ++v) std::memcpy(bytes + v * kRow, image.ptr(top + v) + left, kRow);
-    const auto above = static_cast<uint16_t>(kWholeRow - below);
-    for (int i = 0; i < kLevels; ++i) {  // 16 bits hold the sum
-      const auto sum = static_cast<uint16_t>(bytes[i] * above + bytes[i + kRow] * below + kWholeRow / 2);
-      at[i] = static_cast<int16_t>(sum / kWholeRow);
-    }
-  }
-};
-
-/// The columns of the window that begins at `levels`; zero in the others.
-Levels inWindow(const int16_t* levels) {
-  Levels window;
-  for (int v = 0; v < kHeight; ++v) std::copy_n(levels + v * kRow, kWidth, window.at + v * kRow);
-  return window;
-}
-
-/// Sums of the window's columns from each shift on.
-struct WindowSums {
-  int at[kShifts] = {};
-
-  explicit WindowSums(const Levels& levels) {
-    int16_t columns[kRow] = {};
-    for (int v = 0; v < kHeight; ++v) {
-      for (int x = 0; x < kRow; ++x) columns[x] = static_cast<int16_t>(columns[x] + levels.at[v * kRow + x]);
-    }
-    at[0] = std::accumulate(columns, columns + kWidth, 0);
-    for (int k = 1; k < kShifts; ++k) at[k] = at[k - 1] + columns[k - 1 + kWidth] - columns[k - 1];
-  }
-};
-
-int sumOfProducts(const int16_t* a, const int16_t* b) {
-  int sum = 0;
-  for (int i = 0; i < kLevels; ++i) sum += a[i] * b[i];
-  return sum;
-}
-
 // Slope of the alignment over that of the window with itself: 1 where both images show the same.
 constexpr double kLeastSlope = 0.8, kMostSlope = 1.25;
 // Contrast of the right image over that of the left.
 constexpr double kLeastGain = 0.6, kMostGain = 1.6;
+constexpr int kPixels = kRowPatchWidth * kRowPatchHeight;
 constexpr int kLeastGradient = 200;  ///< mean square, twice the grey levels a pixel
 
 }  // namespace
@@ -147,35 +98,33 @@ std::optional<int> RowSearch::rowsBelow(const cv::Point2f& point, int reach) {
 /// Lucas and Kanade's step along the row: with linear interpolation its sum is known between whole pixels, and its root
 /// needs no iteration.
 std::optional<double> RowSearch::align(const cv::Point& point, const cv::Point& right_point, double below) const {
+  constexpr int kReach = kRowShifts / 2;
   const auto whole = static_cast<int>(std::floor(below));
   const auto share = static_cast<uint16_t>((below - whole) * kWholeRow);
-  const int left = point.x - kWidth / 2, top = point.y - kHeight / 2;
-  const int right = right_point.x - kWidth / 2 - kReach, right_top = right_point.y - kHeight / 2 + whole;
-  if (std::min(left - 1, right) < 0 || std::max(left + 1, right) + kRow > left_.cols || std::min(top, right_top) < 0 ||
-      std::max(top, right_top + (share > 0)) + kHeight > left_.rows)
+  const int left = point.x - kRowPatchWidth / 2, top = point.y - kRowPatchHeight / 2;
+  const int right = right_point.x - kRowPatchWidth / 2 - kReach,
+            right_top = right_point.y - kRowPatchHeight / 2 + whole;
+  if (std::min(left - 1, right) < 0 || std::max(left + 1, right) + kRowPixels > left_.cols ||
+      std::min(top, right_top) < 0 || std::max(top, right_top + (share > 0)) + kRowPatchHeight > left_.rows)
     return std::nullopt;
-  const Levels around(left_, left - 1, top);
-  Levels gradient;
-  for (int i = 0; i < kLevels; ++i) gradient.at[i] = static_cast<int16_t>(around.at[i + 2] - around.at[i]);
-  gradient = inWindow(gradient.at);
-  const double mean = static_cast<double>(WindowSums(gradient).at[0]) / kPixels;
-  const double square = sumOfProducts(gradient.at, gradient.at) - mean * mean * kPixels;
+  const RowSums of =
+      patchKernels(simd_).sumRows({left_.ptr(top) + left - 1, static_cast<ptrdiff_t>(left_.step)},
+                                  {right_.ptr(right_top) + right, static_cast<ptrdiff_t>(right_.step)}, share);
+  const double mean = static_cast<double>(of.gradient) / kPixels;
+  const double square = of.gradient_gradient - mean * mean * kPixels;
   if (square < kLeastGradient * kPixels) return std::nullopt;
-  const Levels own = inWindow(around.at + 1), there(right_, right, right_top, share),
-               middle = inWindow(there.at + kReach);
-  const WindowSums there_sums(there);
-  const double own_sum = WindowSums(own).at[0], middle_sum = there_sums.at[kReach];
-  const double gain = std::sqrt((sumOfProducts(middle.at, middle.at) - middle_sum * middle_sum / kPixels) /
-                                (sumOfProducts(own.at, own.at) - own_sum * own_sum / kPixels));
+  const double own_sum = of.own, middle_sum = of.there[kReach];
+  const double gain =
+      std::sqrt((of.middle_middle - middle_sum * middle_sum / kPixels) / (of.own_own - own_sum * own_sum / kPixels));
   if (!(gain > kLeastGain && gain < kMostGain)) return std::nullopt;
-  const double zero = sumOfProducts(gradient.at, own.at) - mean * own_sum;
-  double sums[kShifts];  // of gradient times difference, zero where the windows agree
-  for (int k = 0; k < kShifts; ++k) {
-    const double sum = sumOfProducts(gradient.at, there.at + k) - mean * there_sums.at[k];
+  const double zero = of.gradient_own - mean * own_sum;
+  double sums[kRowShifts];  // of gradient times difference, zero where the windows agree
+  for (int k = 0; k < kRowShifts; ++k) {
+    const double sum = of.gradient_there[k] - mean * of.there[k];
     sums[k] = sum / gain - zero;
   }
   std::optional<double> nearest;  // shift
-  for (int k = 0; k + 1 < kShifts; ++k) {
+  for (int k = 0; k + 1 < kRowShifts; ++k) {
     // The gradients are differences over two pixels.
     const double slope = 2 * (sums[k + 1] - sums[k]) / square;
     if (sums[k] > 0 || sums[k + 1] <= 0 || slope < kLeastSlope || slope > kMostSlope) continue;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <iterator>
 #include <random>
 #include <vector>
 
@@ -45,6 +46,12 @@ std::vector<float> numbersBy(const PatchKernels& kernels) {
     add(levels);
     add(kernels.moments(levels, before));
     before = levels;
+    const PixelRows left = {&image[static_cast<size_t>(i)], kImageSide},
+                    right = {&image[static_cast<size_t>(2 * i)], kImageSide};
+    const RowSums sums = kernels.sumRows(left, right, static_cast<uint16_t>(i % 3 * 100));
+    int whole[sizeof sums / sizeof(int)];
+    std::memcpy(whole, &sums, sizeof sums);
+    numbers.insert(numbers.end(), std::begin(whole), std::end(whole));
   }
   PatchNumbers flat = {};
   add(kernels.normalize(flat));
