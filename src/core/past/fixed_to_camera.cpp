@@ -4,9 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
-
+#include "past/pixel_motion.h"
 #include "past/standstill.h"
 #include "support/order_statistics.h"
 
@@ -29,28 +27,6 @@ float squaredDisplacement(const PointPairs& pairs, size_t row) {
   const float x = pairs.x_current[row] - pairs.x_reference[row], y = pairs.y_current[row] - pairs.y_reference[row];
   return x * x + y * y;
 }
-
-/// Tells matches whose point would be behind a camera.
-class Cheirality {
- public:
-  Cheirality(const Camera& camera, const RelativePose& pose)
-      : to_ray_(camera.K().inverse()), pose_(pose), per_pixel_(1 / camera.meanFocalLength()) {}
-
-  /// `sigma_px`: of the keypoints. False for a point that is too far to tell.
-  bool isBehind(const PointPairs& pairs, size_t row, double sigma_px) const {
-    const Eigen::Vector3d a = to_ray_ * Eigen::Vector3d(pairs.x_reference[row], pairs.y_reference[row], 1);
-    const Eigen::Vector3d b = pose_.R * (to_ray_ * Eigen::Vector3d(pairs.x_current[row], pairs.y_current[row], 1));
-    const Eigen::Vector3d normal = a.cross(b);
-    const double noise = kExplained * M_SQRT2 * sigma_px * per_pixel_;
-    if (normal.squaredNorm() <= noise * noise * a.squaredNorm() * b.squaredNorm()) return false;
-    return pose_.t.cross(b).dot(normal) < 0 || pose_.t.cross(a).dot(normal) < 0;
-  }
-
- private:
-  Eigen::Matrix3d to_ray_;
-  const RelativePose& pose_;
-  double per_pixel_;
-};
 
 /// Matches of a part of the image.
 struct Part {
@@ -123,13 +99,14 @@ bool FixedToCamera::contradicts(const Camera& camera, const PointPairs& pairs) {
   const RobustResult& motion = others_.robust;
   const bool moves = motion.judgement.translation_observable;
   const std::vector<float>& residuals = others_.residuals(camera, pairs);
-  const Cheirality cheirality(camera, motion.judgement.pose);
+  const PixelMotion of_others(camera, motion.judgement.pose);
   const double f = camera.meanFocalLength();
   const double of_rotation = moves ? 0 : f * f * motion.judgement.pose.covariance.bottomRightCorner<3, 3>().trace();
   const auto excludes = [&](size_t row) {
     const double sigma = motion.judgement.sigma(pairs.octave_current[row], pairs.scale_factor);
     const double limit = kExplained * std::sqrt(1 + of_rotation / (2 * sigma * sigma));
-    return residuals[row] > limit || (moves && cheirality.isBehind(pairs, row, sigma));
+    const cv::Point2f p(pairs.x_reference[row], pairs.y_reference[row]), q(pairs.x_current[row], pairs.y_current[row]);
+    return residuals[row] > limit || (moves && of_others.isBehind(p, q, kExplained * M_SQRT2 * sigma));
   };
   const auto excluded = std::count_if(fixed_.begin(), fixed_.end(), excludes);
   return static_cast<double>(excluded) > kMajority * static_cast<double>(fixed_.size());

@@ -4,13 +4,12 @@
 #include <array>
 #include <cmath>
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
+#include <Eigen/Core>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "past/pixel_motion.h"
 #include "past/standstill.h"
-#include "two_view/pose_model.h"
 
 namespace gms_ransac {
 
@@ -28,17 +27,14 @@ constexpr int kKeypointsToStay = 2;  ///< so many do not vanish from a cell that
 constexpr double kMostOfView = 0.5;  ///< a mask over more is forgotten
 constexpr int kPeepholeSide = 5;     ///< of a covered cell, the middle one of 5 x 5 parts has keypoints
 
-/// The motion of a view, for pixels of the ideal camera.
+/// How a motion moves the view, in pixels of the ideal camera.
 class ViewMotion {
  public:
   ViewMotion(const Camera& camera, const Judgement& view)
-      : pose_(view.pose),
+      : motion_(camera, view.pose),
         translates_(view.translation_observable),
-        surely_(kLeastRotation +
-                kSurely * camera.meanFocalLength() * std::sqrt(pose_.covariance.bottomRightCorner<3, 3>().trace())),
-        K_(camera.K()),
-        K_inverse_(K_.inverse()),
-        F_(K_inverse_.transpose() * TwoViewPose{pose_.R, pose_.t}.essential() * K_inverse_) {}
+        surely_(kLeastRotation + kSurely * camera.meanFocalLength() *
+                                     std::sqrt(view.pose.covariance.bottomRightCorner<3, 3>().trace())) {}
 
   /// Displacement of a point by the rotation, pixels; 0: it may be none.
   double rotated(const cv::Point2f& p) const {
@@ -46,30 +42,21 @@ class ViewMotion {
     return displacement > surely_ ? displacement : 0;
   }
   /// No depth takes a point back that the rotation moves.
-  bool excludesStaying(const cv::Point2f& p) const { return !translates_ || fromLine(p, p) > surely_ || isBehind(p); }
+  bool excludesStaying(const cv::Point2f& p) const {
+    return !translates_ || motion_.fromLine(p, p) > surely_ || motion_.isBehind(p, p);
+  }
   bool explains(const cv::Point2f& p, const cv::Point2f& q) const {
-    return translates_ ? fromLine(p, q) < kOnLine : fromRotation(p, q) < kMoved * fromRotation(p, p);
+    return translates_ ? motion_.fromLine(p, q) < kOnLine : fromRotation(p, q) < kMoved * fromRotation(p, p);
   }
 
  private:
-  static Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
   double fromRotation(const cv::Point2f& p, const cv::Point2f& q) const {
-    const Eigen::Vector3d there = K_ * (pose_.R.transpose() * (K_inverse_ * homogeneous(p)));
-    return (there.hnormalized() - Eigen::Vector2d(q.x, q.y)).norm();
-  }
-  double fromLine(const cv::Point2f& p, const cv::Point2f& q) const {
-    const Eigen::Vector3d line = F_ * homogeneous(q), line_of_current = F_.transpose() * homogeneous(p);
-    return std::abs(homogeneous(p).dot(line)) / std::min(line.head<2>().norm(), line_of_current.head<2>().norm());
-  }
-  bool isBehind(const cv::Point2f& p) const {
-    const Eigen::Vector3d a = K_inverse_ * homogeneous(p), b = pose_.R * a, normal = a.cross(b);
-    return pose_.t.cross(b).dot(normal) < 0 || pose_.t.cross(a).dot(normal) < 0;
+    return (motion_.toCurrent(p) - Eigen::Vector2d(q.x, q.y)).norm();
   }
 
-  const RelativePose& pose_;
+  PixelMotion motion_;
   bool translates_;
   double surely_;
-  Eigen::Matrix3d K_, K_inverse_, F_;
 };
 
 bool isStill(const cv::KeyPoint& from, const cv::KeyPoint& to, float scale_factor) {

@@ -5,11 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
+#include <Eigen/Core>
 
 #include "gms_ransac/point_pairs.h"
-#include "two_view/pose_model.h"
+#include "past/pixel_motion.h"
 
 namespace gms_ransac {
 
@@ -27,19 +26,12 @@ struct VotingCell {
   int keypoints = 0, inliers = 0;
 };
 
-Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
-
 }  // namespace
 
 void Votes::collect(const Features& reference, const Features& current, const Camera& camera, MatchResult& result) {
   Judgement& judgement = result.robust.judgement;
   if (!judgement.pose_found) return;
-  const Eigen::Matrix3d K = camera.K(), K_inverse = K.inverse();
-  // The motion leads from current to reference.
-  const Eigen::Matrix3d E = TwoViewPose{judgement.motion.R, judgement.motion.t}.essential();
-  const Eigen::Matrix3d F = K_inverse.transpose() * E * K_inverse;
-  const Eigen::Matrix3d to_reference = K * judgement.rotation.R * K_inverse;
-  const Eigen::Matrix3d to_current = K * judgement.motion.R.transpose() * K_inverse;
+  const PixelMotion motion(camera, judgement.motion), rotation(camera, judgement.rotation);
   // Only one of the matches that share a current point can be right: the closest one votes.
   closest_.assign(current.keypoints.size(), std::numeric_limits<int32_t>::max());
   for (const Match& match : result.raw) {
@@ -56,17 +48,15 @@ void Votes::collect(const Features& reference, const Features& current, const Ca
     cell.inliers += stage != MatchStage::kRaw && result.robust.inlier[row] != 0;
     if (static_cast<float>(match.distance) >= kDistinctiveRatio * static_cast<float>(match.second_distance)) return;
     if (match.distance > closest_[static_cast<size_t>(match.current)]) return;
-    const Eigen::Vector3d p = homogeneous(camera.undistort(pixel));
-    const Eigen::Vector3d q = homogeneous(camera.undistort(current.keypoints[static_cast<size_t>(match.current)].pt));
-    const Eigen::Vector3d line = F * q, line_of_current = F.transpose() * p;
-    const double shorter = std::min(line.head<2>().norm(), line_of_current.head<2>().norm());
+    const cv::Point2f p = camera.undistort(pixel);
+    const cv::Point2f q = camera.undistort(current.keypoints[static_cast<size_t>(match.current)].pt);
     ++cell.matches;
-    cell.on_line += std::abs(p.dot(line)) < kFromLine * shorter;
-    cell.at_point += ((to_reference * q).hnormalized() - p.head<2>()).norm() < kFromPoint;
+    cell.on_line += motion.fromLine(p, q) < kFromLine;
+    cell.at_point += (rotation.toReference(q) - Eigen::Vector2d(p.x, p.y)).norm() < kFromPoint;
   });
   for (const cv::KeyPoint& keypoint : reference.keypoints) {
     if (result.mask.covers(keypoint.pt)) continue;
-    const Eigen::Vector2d q = (to_current * homogeneous(camera.undistort(keypoint.pt))).hnormalized();
+    const Eigen::Vector2d q = motion.toCurrent(camera.undistort(keypoint.pt));
     const bool in_view =
         q.x() >= 0 && q.y() >= 0 && q.x() < current.image_size.width && q.y() < current.image_size.height;
     cellOf(keypoint.pt).keypoints += in_view;

@@ -1,0 +1,32 @@
+// A motion as pixels of the ideal camera see it: places that its rotation predicts, epipolar lines, points behind a
+// camera.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core/types.hpp>
+
+#include "gms_ransac/camera.h"
+#include "gms_ransac/relative_pose.h"
+
+namespace gms_ransac {
+
+/// `p` is a point of the reference image, `q` one of the current image, undistorted.
+class PixelMotion {
+ public:
+  PixelMotion(const Camera& camera, const RelativePose& motion);
+
+  /// The place of `p` in the current image, and of `q` in the reference image, by the rotation alone.
+  Eigen::Vector2d toCurrent(const cv::Point2f& p) const;
+  Eigen::Vector2d toReference(const cv::Point2f& q) const;
+  /// The larger of the distances of a match from its two epipolar lines, pixels.
+  double fromLine(const cv::Point2f& p, const cv::Point2f& q) const;
+  /// True if the point of a match is behind a camera. False if it is too far to tell with points of this noise, pixels.
+  bool isBehind(const cv::Point2f& p, const cv::Point2f& q, double noise = 0) const;
+
+ private:
+  RelativePose motion_;
+  double focal_length_;
+  Eigen::Matrix3d to_ray_, to_reference_, to_current_, F_;
+};
+
+}  // namespace gms_ransac
