@@ -33,9 +33,21 @@ Eigen::Vector2d PixelMotion::toReference(const cv::Point2f& q) const {
   return (to_reference_ * homogeneous(q)).hnormalized();
 }
 
-double PixelMotion::fromLine(const cv::Point2f& p, const cv::Point2f& q) const {
+PixelMotion::Epipolar PixelMotion::epipolar(const cv::Point2f& p, const cv::Point2f& q) const {
   const Eigen::Vector3d line = F_ * homogeneous(q), line_of_current = F_.transpose() * homogeneous(p);
-  return std::abs(homogeneous(p).dot(line)) / std::min(line.head<2>().norm(), line_of_current.head<2>().norm());
+  return {homogeneous(p).dot(line), std::min(line.head<2>().norm(), line_of_current.head<2>().norm())};
+}
+
+double PixelMotion::fromLine(const cv::Point2f& p, const cv::Point2f& q) const {
+  const Epipolar match = epipolar(p, q);
+  return std::abs(match.product) / match.gradient;
+}
+
+double PixelMotion::fromLineSigma(const cv::Point2f& p, const cv::Point2f& q) const {
+  const Eigen::Vector3d a = to_ray_ * homogeneous(p), b = motion_.R * (to_ray_ * homogeneous(q));
+  Eigen::Matrix<double, 6, 1> derivative;  // of a . (t x b), by translation and rotation
+  derivative << b.cross(a), b.cross(a.cross(motion_.t));
+  return std::sqrt(derivative.dot(motion_.covariance * derivative)) / epipolar(p, q).gradient;
 }
 
 bool PixelMotion::isBehind(const cv::Point2f& p, const cv::Point2f& q, double noise) const {

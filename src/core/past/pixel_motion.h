@@ -20,10 +20,19 @@ class PixelMotion {
   Eigen::Vector2d toReference(const cv::Point2f& q) const;
   /// The larger of the distances of a match from its two epipolar lines, pixels.
   double fromLine(const cv::Point2f& p, const cv::Point2f& q) const;
+  /// Standard deviation of `fromLine` by the covariance of the motion: errors of rotation and translation that keep the
+  /// line where it is do not count.
+  double fromLineSigma(const cv::Point2f& p, const cv::Point2f& q) const;
   /// True if the point of a match is behind a camera. False if it is too far to tell with points of this noise, pixels.
   bool isBehind(const cv::Point2f& p, const cv::Point2f& q, double noise = 0) const;
 
  private:
+  /// p . F q, and what makes of it the distance from the line.
+  struct Epipolar {
+    double product, gradient;
+  };
+  Epipolar epipolar(const cv::Point2f& p, const cv::Point2f& q) const;
+
   RelativePose motion_;
   double focal_length_;
   Eigen::Matrix3d to_ray_, to_reference_, to_current_, F_;
