@@ -9,6 +9,8 @@
 #include <Eigen/Geometry>
 
 #include "gms_ransac/match_filter.h"
+#include "past/mask_learner.h"
+#include "past/pixel_motion.h"
 #include "scenes/drawn_sequences.h"
 #include "support/random.h"
 #include "two_view/pose_model.h"
@@ -163,6 +165,47 @@ TEST(LearnedMask, IsTheCamerasAndEndsWithIt) {
   stream.filter().reset();
   stream.look(swaying(62), 0.25);
   EXPECT_TRUE(stream.look(swaying(63), 0.25).mask.empty());
+}
+
+/// A keypoint in the middle of each cell, matched from image to image as if the camera had rotated to the right. Those
+/// of the lowest five rows may stay in place.
+struct Rotation {
+  Rotation() : camera(sceneCamera()) {
+    view.rotation_observable = view.pose_found = true;
+    view.pose.R = view.motion.R = rotationFromVector({0, 0.03, 0});
+    view.pose.covariance = view.motion.covariance = Covariance6d::Identity() * 1e-8;
+    const PixelMotion motion(camera, view.pose);
+    for (Features* image : {&reference, &current, &fixed}) image->image_size = kImage;
+    for (float y = 12; y < kImage.height; y += 24) {
+      for (float x = 16; x < kImage.width; x += 32) {
+        const Vector2d there = motion.toCurrent({x, y});
+        const cv::Point2f moved(static_cast<float>(there.x()), static_cast<float>(there.y()));
+        reference.keypoints.emplace_back(x, y, 31.f, 0.f, 1.f, 0);
+        current.keypoints.emplace_back(moved, 31.f, 0.f, 1.f, 0);
+        fixed.keypoints.emplace_back(y > 360 ? cv::Point2f(x, y) : moved, 31.f, 0.f, 1.f, 0);
+        Match& match = result.raw.emplace_back();
+        match.reference = match.current = static_cast<int32_t>(result.raw.size() - 1);
+      }
+    }
+  }
+  void learn(const Features& image, LearnedMask& mask) { learnMask(reference, image, camera, result, view, mask); }
+
+  Camera camera;
+  Judgement view;
+  Features reference, current, fixed;
+  MatchResult result;
+};
+
+TEST(LearnedMask, TenThousandImagesWeighNoMoreThanTen) {
+  Rotation rotation;
+  LearnedMask ten(kImage), many(kImage);
+  for (int n = 0; n < 10; ++n) rotation.learn(rotation.fixed, ten);
+  for (int n = 0; n < 10000; ++n) rotation.learn(rotation.fixed, many);
+  EXPECT_EQ(ten.share(), 0.25);
+  EXPECT_EQ(many, ten);
+  int images = 0;
+  for (; !many.empty() && images < 10; ++images) rotation.learn(rotation.current, many);
+  EXPECT_EQ(images, 3) << "to forget";
 }
 
 TEST(LearnedMask, IsAnImageAsExtractorsTakeIt) {

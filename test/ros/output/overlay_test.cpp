@@ -144,6 +144,28 @@ TEST(Overlay, ArrowsHaveTheColorOfTheirResidualInTheBarWhichFollowsTheValues) {
   }
 }
 
+TEST(Overlay, HatchesWhatTheStreamHasLearntToLeaveOut) {
+  DrawnPair pair;
+  const cv::Mat plain = pair.draw();
+  LearnedMask& mask = pair.result.mask = LearnedMask(kVga);
+  const cv::Rect fixed(32, 24, 64, 48);
+  for (const cv::Point2f cell : {cv::Point2f(33, 25), cv::Point2f(65, 25), cv::Point2f(33, 49), cv::Point2f(65, 49)}) {
+    for (int n = 0; n < 6; ++n) mask.add(mask.cellOf(cell), true);
+  }
+  const cv::Mat picture = pair.draw();
+  cv::Mat changed, lines;
+  cv::inRange(picture - plain + (plain - picture), cv::Scalar::all(0), cv::Scalar::all(0), changed);
+  cv::bitwise_not(changed, changed);
+  EXPECT_EQ(cv::boundingRect(changed), fixed + cv::Point(0, kHeader));
+  EXPECT_EQ(cv::countNonZero(changed), fixed.area());
+  // Bluer than the grey image, and striped.
+  cv::inRange(picture(fixed + cv::Point(0, kHeader)), cv::Scalar(100, 0, 0), cv::Scalar(255, 255, 70), lines);
+  EXPECT_GT(cv::countNonZero(lines), fixed.area() / 16);
+  EXPECT_LT(cv::countNonZero(lines), fixed.area() / 2);
+  const cv::Scalar mean = cv::mean(picture(fixed + cv::Point(0, kHeader)));
+  EXPECT_GT(mean[0], mean[2] + 40);
+}
+
 TEST(Overlay, ColorsOfTheOtherQuantities) {
   DrawnPair pair;
   std::vector<uint16_t>& lengths = pair.compared->track_lengths;
