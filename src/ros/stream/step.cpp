@@ -108,6 +108,7 @@ void Step::answerPair() {
   const bool resets = current->image.reset != Reset::kNone;
   if (resets) answer.continuity = Continuity::kRestarted;
   stream.forget();
+  stream.past = Past();
   stream.reference = current->pair_reference;
   const cv::Size before = stream.reference->frame.features.image_size;
   if (before != current->frame.features.image_size) {
@@ -149,9 +150,10 @@ void Step::begin(const Start& start) {
   because(start.why, start.before);
   if (start.continuity != Continuity::kContinuous) because(Why::kNewReference);
   stream.forget();
+  const bool other_camera = start.why == Why::kFrameChanged;
   if (start.continuity == Continuity::kRestarted) stream.rig = LearntRig();
-  // It is the place of another camera.
-  if (start.why == Why::kFrameChanged) stream.place.restart();
+  if (start.continuity == Continuity::kRestarted || other_camera) stream.past = Past();
+  if (other_camera) stream.place.restart();
   recovery.clear();
   stream.reference = current;
 }
@@ -257,7 +259,7 @@ void Step::resumeFrom(const Attempt& found) {
   Stream kept = recovery.resume(found.index);
   kept.tracks.numberFrom(stream.tracks);
   stream = std::move(kept);
-  stream.past = Past();     // the motion of that time
+  stream.breakChain();      // the motion of that time
   stream.key = KeyFrame();  // of a pair that is not in the place
   stream.reference = found.pair->reference;
   answer.recovered = true;
