@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""~mask latched, scaled, refused, and of each image."""
+"""~mask latched, scaled, refused, and of each image; ~learned_mask."""
+import math
 import unittest
 
 import numpy as np
@@ -7,7 +8,7 @@ import rospy
 from gms_ransac.msg import MatchStats
 from sensor_msgs.msg import Image
 
-from graph import HEIGHT, WIDTH, client_of, image_message, run, walk
+from graph import HEIGHT, WIDTH, Scene, client_of, image_message, run, texture, walk
 
 ASKED = 2000  # ~features
 
@@ -86,6 +87,40 @@ class Mask(unittest.TestCase):
         self.assertIn("no mask: none of its stamp came on ~mask", skipped.status_text)
         self.assertNotIn("no mask", masked.status_text)
 
+    def test_learned_of_what_is_fixed_to_the_camera(self):
+        masks, late = [], []
+        client = self.client("learning")
+        client.subscribe("learned_mask", Image, masks)
+        client.connect()
+        scene, random = Scene(), np.random.RandomState(1)
+        fixed = texture(WIDTH, 99)[:HEIGHT // 4]
+
+        def see(i):
+            phase = 0.5 * i
+            picture = scene.draw(t=(0.3 * math.cos(phase), 0.2 * math.sin(phase), 0),
+                                 r=(0.04 * math.sin(phase), 0.05 * math.cos(phase), 0))
+            picture[-HEIGHT // 4:] = np.clip(fixed + random.normal(0, 1, fixed.shape), 0, 255)
+            client.ask(picture, self.start + 0.1 * i)
+
+        def pixels(message):
+            self.assertEqual((message.encoding, message.header.frame_id), ("mono8", "camera"))
+            return np.reshape(np.frombuffer(message.data, np.uint8), (message.height, message.width))
+
+        for i in range(3):
+            see(i)
+        client.wait(lambda: masks, "a first mask")
+        self.assertTrue((pixels(masks[0]) == 255).all(), "nothing is learnt yet")
+        for i in range(3, 25):
+            see(i)
+        client.subscribe("learned_mask", Image, late)
+        client.wait(lambda: late, "the latched mask")
+        learned = pixels(late[0])
+        self.assertEqual(learned.shape, (HEIGHT, WIDTH))
+        edge = HEIGHT * 3 // 4
+        # But for cells without a keypoint, as those at the border.
+        self.assertGreater(np.mean(learned[edge:HEIGHT - HEIGHT // 20] == 0), 0.8)
+        self.assertEqual(np.mean(learned[:edge] == 0), 0)
+
 
 if __name__ == "__main__":
-    run("mask", Mask, latest={})
+    run("mask", Mask, latest={}, learning={})
