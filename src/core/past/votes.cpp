@@ -55,11 +55,12 @@ void Votes::collect(const Features& reference, const Features& current, const Ca
     cell.at_point += (rotation.toReference(q) - Eigen::Vector2d(p.x, p.y)).norm() < kFromPoint;
   });
   for (const cv::KeyPoint& keypoint : reference.keypoints) {
-    if (result.mask.covers(keypoint.pt)) continue;
+    VotingCell& cell = cellOf(keypoint.pt);
+    if (cell.keypoints >= kKeypointsOfCell || result.mask.covers(keypoint.pt)) continue;
     const Eigen::Vector2d q = motion.toCurrent(camera.undistort(keypoint.pt));
     const bool in_view =
         q.x() >= 0 && q.y() >= 0 && q.x() < current.image_size.width && q.y() < current.image_size.height;
-    cellOf(keypoint.pt).keypoints += in_view;
+    cell.keypoints += in_view;
   }
   int voting = 0, of_pose = 0, of_rotation = 0, full = 0, seen = 0;
   for (const VotingCell& cell : cells) {
