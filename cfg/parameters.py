@@ -146,8 +146,8 @@ GROUPS = [
         Row("calibration_sigma", 0.0, "Relative uncertainty of the focal length, and of the principal point in focal lengths; "
             "widens the covariance", range=(0, 0.2)),
         Row("rolling_shutter_readout", -1.0, "Seconds from the first row of an image to the last. Above 0: a rolling shutter "
-            "(webcams: about 0.03), points are corrected for the rotation in that time; 0: a global shutter; -1: unknown, a "
-            "stream that rotates shows it", range=(-1, 0.2), unit="seconds"),
+            "(webcams: about 0.03), points are corrected for the rotation in that time; 0: a global shutter; -1: learnt "
+            "from a stream that rotates", range=(-1, 0.2), unit="seconds"),
     ]),
     Group("time", "time and losses", live=True, at="processor", parameters=[
         Row("max_milliseconds", 0.0, "Time limit of an image (time_total of ~stats), milliseconds, kept by 99 % of them; fewer "

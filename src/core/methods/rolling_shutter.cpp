@@ -21,6 +21,8 @@ using Eigen::Vector3d;
 constexpr double kLeastMoved = 0.1;
 /// Standard deviations above zero from which on a learnt readout is corrected for; the next pairs show what is left.
 constexpr double kKnown = 2;
+/// Share of a rotation's published variance that other pairs do not have, too.
+constexpr double kOfThePair = 0.3;
 /// Each pass leaves a tenth of the error in the rotation.
 constexpr int kMostPasses = 3;
 /// Vuong's statistic: the moved points fit so much worse that rotation or readout must be wrong.
@@ -63,8 +65,8 @@ RotationRates ratesOf(const PointPairs& pairs, const RelativePose& pose) {
   const Vector3d change = rate - pairs.velocity_before->value;
   const double noise = pose.covariance.bottomRightCorner<3, 3>().trace() / (*pairs.seconds * *pairs.seconds) +
                        pairs.velocity_before->variance;
-  // James and Stein's estimate (1961).
-  const Vector3d half = 0.5 * std::max(0., 1 - noise / std::max(1e-12, change.squaredNorm())) * change;
+  // Shrunk as by James and Stein (1961).
+  const Vector3d half = 0.5 * std::max(0., 1 - kOfThePair * noise / std::max(1e-12, change.squaredNorm())) * change;
   return {rate - half, rate + half};
 }
 
