@@ -159,6 +159,25 @@ TEST_P(Methods, ReadUnevenRotationsFromAGyro) {
   EXPECT_GE(with.ok, kPairs * 9 / 10);
 }
 
+TEST_P(Methods, FollowAChangeOfTheRotationWithAReadoutThatWasLearnt) {
+  const auto learnt = [](bool stood_before, double deviation) {
+    return [=](TwoViewScene& pair, int) {
+      const double focal_lengths = pair.camera.pinhole().fy / pair.camera.imageSize().height;
+      pair.pairs.shutter = {Shutter::kRolling, kReadout * focal_lengths, deviation};
+      // A camera that begins to rotate: half of the mean rate at the reference, one and a half at the current image.
+      if (stood_before) pair.pairs.velocity_before = AngularVelocity{Vector3d::Zero(), 1e-4};
+    };
+  };
+  const std::string scene = "rolling_driving_faster";
+  const Answers unknown = answers(GetParam(), scene, -1), even = answers(GetParam(), scene, -1, learnt(false, 1e-3)),
+                followed = answers(GetParam(), scene, -1, learnt(true, 1e-3)),
+                unsure = answers(GetParam(), scene, -1, learnt(true, kReadout));
+  EXPECT_GE(followed.by(RowCorrection::kPair), kPairs * 9 / 10);
+  EXPECT_LT(3 * median(followed.rotation), median(even.rotation));
+  EXPECT_LT(3 * median(followed.direction), median(even.direction));
+  EXPECT_EQ(unsure.rotation, unknown.rotation) << "known to its own size";
+}
+
 TEST_P(Methods, AreNoWorseForAWrongGyro) {
   const auto wrong = [](int kind) {
     return [kind](TwoViewScene& pair, int i) {
