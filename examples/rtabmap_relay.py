@@ -24,6 +24,7 @@ except ImportError:
 
 DEPTH_TOLERANCE = 0.025  # seconds between an image and its depth, as in the match filter
 SMALLEST_VARIANCE = 1e-9  # RTAB-Map does not take zero
+UNKNOWN_VARIANCE = 999  # of a velocity that the match filter does not know
 CV_8UC1, CV_32FC1 = 0, 5
 
 
@@ -48,6 +49,18 @@ def motion_covariance(before, now):
     grown = to_frame @ (now[2] - carry @ before[2] @ carry.T) @ to_frame.T
     values, vectors = np.linalg.eigh((grown + grown.T) / 2)
     return vectors * np.maximum(values, SMALLEST_VARIANCE) @ vectors.T
+
+
+def continued(motion, before, now, odom, seconds):
+    """Covariance of a motion that ended at the first of two poses, continued to the second, in the axes of that. The
+    step has the covariance of its velocity; where that is unknown, what the pose's grew by. (That alone would not do:
+    errors of scale, which all steps share, cancel on the way back, where the pose's covariance shrinks.)"""
+    carry = np.eye(6)
+    carry[:3, 3:] = -cross_matrix(before[1].T @ (now[0] - before[0]))
+    carry = np.kron(np.eye(2), now[1].T @ before[1]) @ carry
+    velocity = np.reshape(odom.twist.covariance, (6, 6))
+    step = seconds**2 * velocity if velocity[0, 0] < UNKNOWN_VARIANCE else motion_covariance(before, now)
+    return carry @ motion @ carry.T + step
 
 
 def compress(matrix):
@@ -77,6 +90,7 @@ class Relay:
     def __init__(self):
         self.period = 1 / rospy.get_param("~rate", 1.0)
         self.last_stamp, self.last_pose, self.camera_info = None, None, None
+        self.sent, self.motion = None, SMALLEST_VARIANCE * np.eye(6)  # stamp of the last message, motion since then
         self.images = rospy.Publisher("rgbd_image", RGBDImage, queue_size=10)
         self.odometry = rospy.Publisher("odom_rtabmap", Odometry, queue_size=10)
         self.depths = Cache(Subscriber("depth/image", Image), 30)
@@ -86,8 +100,11 @@ class Relay:
         self.synchronizer.registerCallback(self.relay)
 
     def relay(self, keypoints, odom, image):
-        stamp = image.header.stamp
-        if self.last_stamp and 0 <= (stamp - self.last_stamp).to_sec() < 0.999 * self.period:
+        stamp, pose = image.header.stamp, pose_of(odom)
+        if self.last_stamp:
+            self.motion = continued(self.motion, self.last_pose, pose, odom, (stamp - self.last_stamp).to_sec())
+        self.last_stamp, self.last_pose = stamp, pose
+        if self.sent and 0 <= (stamp - self.sent).to_sec() < 0.999 * self.period:
             return
         near = self.depths.getInterval(stamp - rospy.Duration(DEPTH_TOLERANCE), stamp + rospy.Duration(DEPTH_TOLERANCE))
         if keypoints.pixel_space != Keypoints.PIXELS_RECTIFIED or not keypoints.K[0]:
@@ -96,13 +113,11 @@ class Relay:
             rospy.logwarn_throttle(10, "rtabmap_relay: keypoints without depth; set ~scale: depth of the match filter")
         elif near and self.camera_info:
             depth_image = min(near, key=lambda message: abs((message.header.stamp - stamp).to_sec()))
-            pose = pose_of(odom)
-            # RTAB-Map reads the covariance of the twist as that of the motion since the image before.
-            motion = motion_covariance(self.last_pose or pose, pose)
-            odom.twist.covariance = motion.ravel().tolist()
+            # RTAB-Map reads the covariance of the twist as that of the motion since the message before.
+            odom.twist.covariance = self.motion.ravel().tolist()
             self.images.publish(rgbd_image(keypoints, image, depth_image, self.camera_info))
             self.odometry.publish(odom)
-            self.last_stamp, self.last_pose = stamp, pose
+            self.sent, self.motion = stamp, SMALLEST_VARIANCE * np.eye(6)
 
 
 if __name__ == "__main__":

@@ -45,6 +45,33 @@ class Rtabmap(unittest.TestCase):
         # After a return to an earlier place the pose may be known better than before; the motion is never without error.
         self.assertGreater(np.linalg.eigvalsh(rtabmap_relay.motion_covariance(poses[2], poses[0]))[0], 0)
 
+    def test_a_motion_there_and_back_is_as_uncertain_as_its_steps(self):
+        """An error of scale cancels on the way back: the pose is exact again, and the motion to it is not."""
+        step, sigma, seconds = 0.1, 0.01, 0.05
+        odometry = Odometry()
+        odometry.twist.covariance = (np.diag([1, 0, 0, 0, 0, 0]) * (sigma * step / seconds) ** 2).ravel().tolist()
+        poses = [(np.array([x, 0, 0]), np.eye(3), np.diag([(sigma * x) ** 2, 0, 0, 0, 0, 0]))
+                 for x in step * np.array([0, 1, 2, 3, 4, 3, 2, 1, 0])]
+        motion = np.zeros((6, 6))
+        for before, now in zip(poses, poses[1:]):
+            motion = rtabmap_relay.continued(motion, before, now, odometry, seconds)
+        np.testing.assert_allclose(motion[0, 0], 8 * (sigma * step) ** 2)
+        self.assertLess(rtabmap_relay.motion_covariance(poses[4], poses[8])[0, 0], 1e-8)
+        # Where the velocity is unknown, what the pose's covariance grew by.
+        odometry.twist.covariance = (1000 * np.eye(6)).ravel().tolist()
+        np.testing.assert_allclose(rtabmap_relay.continued(np.zeros((6, 6)), poses[1], poses[2], odometry, seconds),
+                                   rtabmap_relay.motion_covariance(poses[1], poses[2]))
+
+    def test_a_motion_is_turned_and_carried_along(self):
+        """A certain step: an earlier error of the rotation moves its end."""
+        turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])  # about z, by a quarter
+        before = np.zeros(3), np.eye(3), np.zeros((6, 6))
+        now = np.array([2.0, 0, 0]), turn, np.zeros((6, 6))
+        motion = rtabmap_relay.continued(np.diag([0, 0, 0, 0, 0, 1e-4]), before, now, Odometry(), 0.1)
+        # An error w about z moves the end by 2 w along y, which is x of the later axes.
+        np.testing.assert_allclose(motion[np.ix_([0, 5], [0, 5])], 1e-4 * np.array([[4, 2], [2, 1]]), atol=1e-12)
+        self.assertAlmostEqual(np.trace(motion), 5e-4)
+
     def test_images_features_and_odometry(self):
         client, scene, keypoints, odometry = Client(), Scene(), [], []
         images, relayed = [], []
