@@ -9,10 +9,13 @@ namespace {
 constexpr int kMostListed = 8;
 const std::string kImage = "sensor_msgs/Image", kCompressed = "sensor_msgs/CompressedImage", kEnd = "/compressed";
 
-/// The overlay of a match filter, of this node or another.
-bool isOverlay(const std::string& topic, const Topics& published) {
-  const auto stats = published.find(topic.substr(0, topic.find("/match_image")) + "/stats");
-  return stats != published.end() && stats->second == "gms_ransac/MatchStats";
+/// The overlay or the learned mask of a match filter, of this node or another.
+bool isOfMatchFilter(const std::string& topic, const Topics& published) {
+  for (const char* const image : {"/match_image", "/learned_mask"}) {
+    const auto stats = published.find(topic.substr(0, topic.find(image)) + "/stats");
+    if (stats != published.end() && stats->second == "gms_ransac/MatchStats") return true;
+  }
+  return false;
 }
 
 /// "/a" of "/a/compressed"; empty for other topics.
@@ -45,7 +48,7 @@ std::string imagesElsewhere(const Topics& published, const std::string& name, co
   int listed = 0;
   for (const auto& [topic, type] : published) {
     const std::string base = type == kCompressed && !depth ? baseOfCompressed(topic) : std::string();
-    if ((type != kImage && base.empty()) || published.count(base) > 0 || isOverlay(topic, published)) continue;
+    if ((type != kImage && base.empty()) || published.count(base) > 0 || isOfMatchFilter(topic, published)) continue;
     const auto is_this = [&topic = topic](const InputTopic& input) { return input.topic == topic; };
     if (std::any_of(inputs.begin(), inputs.end(), is_this)) continue;
     if (depth && topic.find("depth") == std::string::npos) continue;

@@ -12,6 +12,7 @@ const Topics kPublished = {{"/camera/image", "sensor_msgs/Image"},
                            {"/phone/image/compressed", "sensor_msgs/CompressedImage"},
                            {"/camera/depth/image", "sensor_msgs/Image"},
                            {"/filter/match_image", "sensor_msgs/Image"},
+                           {"/filter/learned_mask", "sensor_msgs/Image"},
                            {"/filter/stats", "gms_ransac/MatchStats"},
                            {"/other/match_image/compressed", "sensor_msgs/CompressedImage"},
                            {"/other/stats", "gms_ransac/MatchStats"}};
