@@ -1,4 +1,4 @@
-// What is fixed to the camera, learnt over drawn streams: points in space, and points on a part of the image that stay.
+// The mask that is learnt over drawn streams of points in space, and of points that stay on a part of the image.
 #include "gms_ransac/learned_mask.h"
 
 #include <cmath>

@@ -118,7 +118,7 @@ struct Disc {
   int8_t x[kAngleRadius + 1][2 * kRow], y[kAngleRadius + 1][2 * kRow];
 };
 extern const Disc kDisc;
-/// Quarter turns, which only exchange and negate coordinates, make the 375 points of kOrbPattern of 174.
+/// Rotations by 90 degrees, which only exchange and negate coordinates, make the 375 points of kOrbPattern from 174.
 struct QuarterPattern {
   static constexpr int kPoints = 176;  ///< 174, and the centre as padding to whole vectors
   static constexpr int kTurns = 4;

@@ -64,7 +64,7 @@ struct Neon : Portable {
   static U8 addSaturated(U8 a, U8 b) { return vqaddq_u8(a, b); }
   static bool anyGreater(U8 a, U8 b) { return vmaxvq_u8(vqsubq_u8(a, b)) != 0; }
 
-  /// Of the pixels less 128, because b adds up to zero over a disc.
+  /// Takes 128 off the pixels, because b adds up to zero over a disc.
   static I16 multiplyPairs(U8 a, const int8_t* b) {
     const int8x16_t pixels = vreinterpretq_s8_u8(a ^ 128), factors = vld1q_s8(b);
     return vpaddq_s16(vmull_s8(vget_low_s8(pixels), vget_low_s8(factors)), vmull_high_s8(pixels, factors));

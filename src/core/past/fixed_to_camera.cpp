@@ -48,7 +48,7 @@ Part countCells(const std::array<Part, N>& cells) {
 
 void FixedToCamera::resolve(Method& method, const Camera& camera, MatchResult& result, const Past* past) {
   others_move_ = false;
-  // Beside a mask a few matches that it does not cover yet bend a direction of little parallax.
+  // A few matches next to a mask, which it does not cover yet, bend a direction of little parallax.
   const double least = result.mask.empty() ? kLeastFixed * static_cast<double>(result.size()) : 0;
   if (!camera.calibrated() || !separate(result.pairs, least, past != nullptr)) return;
   others_.estimate(method, camera, result);

@@ -80,7 +80,7 @@ struct Stream {
     if (cameras != left_and_right) rig = LearntRig();
     cameras = left_and_right;
   }
-  /// The next pair continues no other. What has been learnt of the camera stays.
+  /// The next pair continues no other. Mask and shutter of the camera stay.
   void breakChain() { past.reference_image = past.current_image = 0; }
   /// The next image is compared with nothing, and the motion up to it is not known. The place stays.
   void forget() {

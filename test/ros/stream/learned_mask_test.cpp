@@ -46,7 +46,7 @@ ImageWithInfo input(const sensor_msgs::ImageConstPtr& image) {
   return input;
 }
 
-/// What had been learnt when the image was compared, which the pair itself does not change.
+/// The mask as it was when the image was compared; the pair itself does not change it.
 LearnedMask maskOf(const ProcessedFrame& answer) { return answer.pair ? answer.pair->result.mask : LearnedMask(); }
 
 std::vector<cv::Point2f> pointsOf(const Features& features) {
