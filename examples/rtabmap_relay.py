@@ -24,6 +24,7 @@ except ImportError:
 
 DEPTH_TOLERANCE = 0.025  # seconds between an image and its depth, as in the match filter
 SMALLEST_VARIANCE = 1e-9  # RTAB-Map does not take zero
+CERTAIN = SMALLEST_VARIANCE * np.eye(6)  # covariance of no motion
 UNKNOWN_VARIANCE = 999  # of a velocity that the match filter does not know
 CV_8UC1, CV_32FC1 = 0, 5
 
@@ -90,7 +91,7 @@ class Relay:
     def __init__(self):
         self.period = 1 / rospy.get_param("~rate", 1.0)
         self.last_stamp, self.last_pose, self.camera_info = None, None, None
-        self.sent, self.motion = None, SMALLEST_VARIANCE * np.eye(6)  # stamp of the last message, motion since then
+        self.sent, self.motion = None, CERTAIN  # stamp of the last message, motion since then
         self.images = rospy.Publisher("rgbd_image", RGBDImage, queue_size=10)
         self.odometry = rospy.Publisher("odom_rtabmap", Odometry, queue_size=10)
         self.depths = Cache(Subscriber("depth/image", Image), 30)
@@ -117,7 +118,7 @@ class Relay:
             odom.twist.covariance = self.motion.ravel().tolist()
             self.images.publish(rgbd_image(keypoints, image, depth_image, self.camera_info))
             self.odometry.publish(odom)
-            self.sent, self.motion = stamp, SMALLEST_VARIANCE * np.eye(6)
+            self.sent, self.motion = stamp, CERTAIN
 
 
 if __name__ == "__main__":

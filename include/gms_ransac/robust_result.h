@@ -33,7 +33,7 @@ enum class DirectionDoubt : uint8_t {
 
 /// The rotation by which rolling-shutter points were corrected.
 enum class RowCorrection : uint8_t {
-  kNone,         ///< none: not asked for, or one that hardly moves a point
+  kNone,         ///< none: no readout is known, or it hardly moves a point
   kPair,         ///< that of the pair itself, and how it changed since the pair before
   kPrior,        ///< rates that another sensor tells
   kUnknownTime,  ///< none: the time between the images is not known, or less than the readout

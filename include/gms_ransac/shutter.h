@@ -21,7 +21,7 @@ struct Shutter {
 };
 std::string toString(Shutter::Kind kind);  ///< "unknown", "global", "rolling"
 
-/// Of a camera between two images, in its axes, rad/s.
+/// Angular velocity of a camera between two images, in its axes, rad/s.
 struct AngularVelocity {
   Eigen::Vector3d value = Eigen::Vector3d::Zero();
   double variance = 0;  ///< of the three together
@@ -36,8 +36,8 @@ struct RowRates {
 
 /// Sums up the pairs of a stream. A shutter needs tau seconds for a focal length of rows. Its rates are then tau times
 /// the angular velocity w of the camera at either image, which the neighbouring pairs measure: s = tau I w + noise of
-/// S. So each pair counts when the next one is known. Where points are off by many pixels the scores tell too little
-/// of it; they are exact once the points are corrected by nearly tau, and show what is left of it.
+/// S. So each pair counts when the next one is known. Where points have an error of many pixels the scores tell too
+/// little of it; they are exact once the points are corrected by nearly tau, and show the rest.
 class ShutterEstimate {
  public:
   /// A pair of the stream. `corrected`: the tau that its points were corrected by.
@@ -47,7 +47,7 @@ class ShutterEstimate {
 
   /// Returns unknown until tau is above 5 ms by four standard deviations, or below by two.
   Shutter shutter() const;
-  /// Of the pair whose current image is the reference of the next one.
+  /// Velocity over the pair whose current image is the reference of the next one.
   std::optional<AngularVelocity> velocityBefore() const;
   int pairs() const { return kPairsOfGroup * readout_.groups(); }
 

@@ -92,13 +92,10 @@ std::string explainRows(const RobustResult& result, double readout, const char* 
         "; not corrected for the rolling shutter: the images are less than %srolling_shutter_readout (%.3g s) apart",
         prefix, readout);
   }
-  if (result.row_correction == RowCorrection::kUnlikely && readout < 0) {
-    return "; not corrected for the rolling shutter: the matches fit worse with the readout that was learnt";
-  }
   if (result.row_correction == RowCorrection::kUnlikely) {
-    return cv::format(
-        "; not corrected for the rolling shutter: the matches fit worse with %srolling_shutter_readout (%.3g s)",
-        prefix, readout);
+    return "; not corrected for the rolling shutter: the matches fit worse with " +
+           (readout < 0 ? "the readout that was learnt"
+                        : cv::format("%srolling_shutter_readout (%.3g s)", prefix, readout));
   }
   return std::string();
 }

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
 
+#include "two_view/pose_model.h"
 #include "two_view_scene.h"
 
 namespace gms_ransac {
@@ -159,6 +160,21 @@ TEST(Continuity, DirectionsRotateWithTheCameraAndStayWithAReferenceThatIsHeld) {
   const Eigen::Vector3d before(0, 0, 1);
   EXPECT_EQ(rotated.past.direction, before) << "the next image may be compared with the same reference";
   EXPECT_LT(directionError(rotated.past.current_direction, scene.R * before), 2);
+}
+
+TEST(Continuity, AnglesWithoutStampsAreThoseOfThirtyImagesASecond) {
+  MatchResult result;
+  result.robust.judgement.pose_found = true;
+  result.robust.judgement.pose.R = rotationFromVector({0, 0.1, 0});
+  const auto velocity = [&result] {
+    Past past;
+    continuePast(result, past);
+    past.shutter.advance();
+    return past.shutter.velocityBefore()->value.y();
+  };
+  EXPECT_NEAR(velocity(), 3, 1e-9);
+  result.pairs.seconds = 0.5;
+  EXPECT_NEAR(velocity(), 0.2, 1e-9);
 }
 
 Features drawnImage(uint64_t seed) {

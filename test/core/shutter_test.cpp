@@ -11,7 +11,7 @@ namespace gms_ransac {
 namespace {
 
 /// A stream of a camera that is swung about two axes, whose shutter needs `readout` seconds for a focal length of rows.
-/// Rates are measured with `noise` radians. `seen`: share that the scores tell of a readout that is left. `correct`:
+/// Rates are measured with `noise` radians. `seen`: share of the rest of the readout that the scores show. `correct`:
 /// the points of a pair are corrected by what is known.
 ShutterEstimate swing(double readout, int pairs, double noise = 0.01, double seen = 1, bool correct = false) {
   ShutterEstimate estimate;

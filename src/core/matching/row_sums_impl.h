@@ -20,20 +20,23 @@ struct Levels {
   Levels() = default;
   explicit Levels(const PixelRows& rows) {
     uint8_t bytes[kLevels];
-    for (int v = 0; v < kRowPatchHeight; ++v)
-      std::memcpy(bytes + v * kRowPixels, rows.first + v * rows.stride, kRowPixels);
+    read(rows, kRowPatchHeight, bytes);
     for (int i = 0; i < kLevels; ++i) at[i] = bytes[i];
   }
   /// Lower by `below` of kWholeRow.
   Levels(const PixelRows& rows, uint16_t below) {
     uint8_t bytes[kLevels + kRowPixels] = {};
-    for (int v = 0; v < kRowPatchHeight + (below > 0); ++v)
-      std::memcpy(bytes + v * kRowPixels, rows.first + v * rows.stride, kRowPixels);
+    read(rows, kRowPatchHeight + (below > 0), bytes);
     const auto above = static_cast<uint16_t>(kWholeRow - below);
     for (int i = 0; i < kLevels; ++i) {  // 16 bits hold the sum
       const auto sum = static_cast<uint16_t>(bytes[i] * above + bytes[i + kRowPixels] * below + kWholeRow / 2);
       at[i] = static_cast<int16_t>(sum / kWholeRow);
     }
+  }
+
+ private:
+  static void read(const PixelRows& rows, int count, uint8_t* bytes) {
+    for (int v = 0; v < count; ++v) std::memcpy(bytes + v * kRowPixels, rows.first + v * rows.stride, kRowPixels);
   }
 };
 

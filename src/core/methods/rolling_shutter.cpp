@@ -96,10 +96,12 @@ void RollingShutter::estimate(const PointPairs& pairs, const Camera& camera, Rob
   method_->estimate(pairs, camera, result);
   readout_ = camera.calibrated() ? readoutOf(pairs, camera) : 0;
   if (readout_ == 0) return;
-  focal_readout_ = readout_ * camera.pinhole().fy / std::max(1, pairs.image_current.height);
   costs_.model.clear();
   correctByPair(pairs, camera, result);
   correctByPrior(pairs, camera, result);
+  if (result.row_correction == RowCorrection::kPair || result.row_correction == RowCorrection::kPrior) {
+    result.readout = readout_ * camera.pinhole().fy / std::max(1, pairs.image_current.height);
+  }
 }
 
 void RollingShutter::correctByPair(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
@@ -159,7 +161,6 @@ double RollingShutter::tryMoved(const PointPairs& pairs, const Camera& camera, c
 void RollingShutter::accept(RowCorrection correction, RobustResult& result) {
   candidate_.effort = result.effort;
   candidate_.row_correction = correction;
-  candidate_.readout = focal_readout_;
   std::swap(result, candidate_);
   std::swap(costs_, candidate_costs_);
 }

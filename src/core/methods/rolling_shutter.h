@@ -48,8 +48,7 @@ class RollingShutter : public Method {
 
   std::unique_ptr<Method> method_;
   double given_, threshold_px_;
-  /// Of this pair: seconds from the first row to the last, and for as many rows as the focal length has pixels.
-  double readout_ = 0, focal_readout_ = 0;
+  double readout_ = 0;  ///< of this pair, seconds from the first row to the last; 0: not known
   PointPairs moved_;
   RobustResult candidate_;
   Costs costs_, candidate_costs_;  ///< the former of the result; empty: not weighed yet

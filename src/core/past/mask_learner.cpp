@@ -22,7 +22,6 @@ constexpr double kLeast = 0.7, kSurely = 3;
 /// The depth of many points undoes a smaller rotation, pixels, but for one of them (7scenes_redkitchen).
 constexpr double kLeastRotation = 3;
 constexpr double kStayed = 0.25, kMoved = 0.5;  ///< of the displacement by the rotation: a point below, above
-constexpr double kOnLine = 4;                   ///< of a point that moved with the view, pixels (votes.cpp)
 /// A cell is fixed if one of so many of its matches stayed: what is fixed ends within a cell.
 constexpr int kOneOf = 5;
 constexpr int kKeypointsToStay = 2;  ///< so many do not vanish from a cell that is fixed
@@ -39,17 +38,17 @@ class ViewMotion {
         surely_(kLeast + kSurely * camera.meanFocalLength() *
                              std::sqrt(view.pose.covariance.bottomRightCorner<3, 3>().trace())) {}
 
-  /// Displacement of a point by the rotation, pixels.
+  /// Displacement of a point by the rotation, pixels; `rotated` below.
   double rotated(const cv::Point2f& p) const { return fromRotation(p, p); }
-  bool surelyRotates(const cv::Point2f& p) const { return rotated(p) > surely_; }
+  bool isSure(double rotated) const { return rotated > surely_; }
   /// No depth takes a point back that the rotation moves.
-  bool excludesStaying(const cv::Point2f& p) const {
-    if (surelyRotates(p) && (!translates_ || motion_.isBehind(p, p))) return true;
-    return rotated(p) > std::min(surely_, kLeastRotation) &&
+  bool excludesStaying(const cv::Point2f& p, double rotated) const {
+    if (isSure(rotated) && (!translates_ || motion_.isBehind(p, p))) return true;
+    return rotated > std::min(surely_, kLeastRotation) &&
            motion_.fromLine(p, p) > kLeast + kSurely * motion_.fromLineSigma(p, p);
   }
-  bool explains(const cv::Point2f& p, const cv::Point2f& q) const {
-    return translates_ ? motion_.fromLine(p, q) < kOnLine : fromRotation(p, q) < kMoved * rotated(p);
+  bool explains(const cv::Point2f& p, const cv::Point2f& q, double rotated) const {
+    return translates_ ? motion_.fromLine(p, q) < kOnLine : fromRotation(p, q) < kMoved * rotated;
   }
 
  private:
@@ -142,9 +141,9 @@ void leaveOutMasked(const Features& reference, const Features& current, MatchRes
 
 void learnMask(const Features& reference, const Features& current, const Camera& camera, const MatchResult& result,
                const Judgement& view, LearnedMask& mask) {
+  if (!view.rotation_observable) return;
   const Stillness isStill(reference, current);
-  if (!view.rotation_observable || (mask.empty() && std::none_of(result.raw.begin(), result.raw.end(), isStill)))
-    return;
+  if (mask.empty() && std::none_of(result.raw.begin(), result.raw.end(), isStill)) return;
   std::array<Cell, LearnedMask::kCells> cells;
   const ViewMotion motion(camera, view);
   const auto count = [&](const Match& match) {
@@ -156,17 +155,17 @@ void learnMask(const Features& reference, const Features& current, const Camera&
     Cell& cell = cells[mask.cellOf(from)];
     if (moved < kStayed * rotated && isStill(match)) {
       ++cell.still;
-      // What stays next to what is fixed belongs to it.
-      cell.stayed += motion.excludesStaying(p) || (rotated > kLeastRotation && mask.touches(from));
+      // A match that stays next to a covered cell is of the same thing.
+      cell.stayed += motion.excludesStaying(p, rotated) || (rotated > kLeastRotation && mask.touches(from));
     } else if (moved > kMoved * rotated) {
-      cell.moved += motion.surelyRotates(p) && motion.explains(p, q);
+      cell.moved += motion.isSure(rotated) && motion.explains(p, q, rotated);
     }
   };
   for (const Match& match : result.raw) count(match);
   for (const Match& match : result.masked) count(match);
   for (const cv::KeyPoint& keypoint : reference.keypoints) {
     if (!mask.covers(keypoint.pt)) continue;
-    cells[mask.cellOf(keypoint.pt)].keypoints += motion.surelyRotates(camera.undistort(keypoint.pt));
+    cells[mask.cellOf(keypoint.pt)].keypoints += motion.isSure(motion.rotated(camera.undistort(keypoint.pt)));
   }
   for (size_t k = 0; k < cells.size(); ++k) {
     const auto& [still, stayed, moved, keypoints] = cells[k];

@@ -10,6 +10,9 @@
 
 namespace gms_ransac {
 
+/// A match agrees with a motion up to this distance from its epipolar lines, pixels.
+constexpr double kOnLine = 4;
+
 /// `p` is a point of the reference image, `q` one of the current image, undistorted.
 class PixelMotion {
  public:
@@ -20,8 +23,8 @@ class PixelMotion {
   Eigen::Vector2d toReference(const cv::Point2f& q) const;
   /// The larger of the distances of a match from its two epipolar lines, pixels.
   double fromLine(const cv::Point2f& p, const cv::Point2f& q) const;
-  /// Standard deviation of `fromLine` by the covariance of the motion: errors of rotation and translation that keep the
-  /// line where it is do not count.
+  /// Standard deviation of `fromLine` by the covariance of the motion: errors of rotation and translation that do not
+  /// move the line do not count.
   double fromLineSigma(const cv::Point2f& p, const cv::Point2f& q) const;
   /// True if the point of a match is behind a camera. False if it is too far to tell with points of this noise, pixels.
   bool isBehind(const cv::Point2f& p, const cv::Point2f& q, double noise = 0) const;

@@ -16,8 +16,8 @@ namespace {
 
 /// A match whose next nearest descriptor is further by this factor is distinctive (Lowe 2004).
 constexpr float kDistinctiveRatio = 0.8f;
-/// A point agrees with a motion up to these distances, pixels: from its epipolar line, from where a rotation takes it.
-constexpr double kFromLine = 4, kFromPoint = 12;
+/// A point agrees with a rotation up to this distance from its place, pixels.
+constexpr double kFromPoint = 12;
 constexpr int kFewestVoting = 5;     ///< that vote; fewer say nothing
 constexpr int kKeypointsOfCell = 3;  ///< so many should be found again somewhere in their cell
 
@@ -51,7 +51,7 @@ void Votes::collect(const Features& reference, const Features& current, const Ca
     const cv::Point2f p = camera.undistort(pixel);
     const cv::Point2f q = camera.undistort(current.keypoints[static_cast<size_t>(match.current)].pt);
     ++cell.matches;
-    cell.on_line += motion.fromLine(p, q) < kFromLine;
+    cell.on_line += motion.fromLine(p, q) < kOnLine;
     cell.at_point += (rotation.toReference(q) - Eigen::Vector2d(p.x, p.y)).norm() < kFromPoint;
   });
   for (const cv::KeyPoint& keypoint : reference.keypoints) {
