@@ -140,8 +140,8 @@ GROUPS = [
         Row("success_probability", 0.99, "Sampling stops when a sample without outliers was drawn with this probability",
             range=(0.01, 0.999999999)),
         Row("max_iterations", 2000, "Most samples drawn for one pair", range=(1, 1000000)),
-        Row("min_pose_probability", 0.86, "OK needs a pose with this probability", range=(0.0, 1.0)),
-        Row("min_rotation_probability", 0.8, "LOW_PARALLAX needs a rotation with this probability",
+        Row("min_pose_probability", 0.865, "OK needs a pose with this probability", range=(0.0, 1.0)),
+        Row("min_rotation_probability", 0.805, "LOW_PARALLAX needs a rotation with this probability",
             range=(0.0, 1.0)),
         Row("calibration_sigma", 0.0, "Relative uncertainty of the focal length, and of the principal point in focal lengths; "
             "widens the covariance", range=(0, 0.2)),

@@ -35,7 +35,6 @@ POSE = {
     "torn": (False, 4, -1, "kOtherMotion"),
     "votes": (False, 0.35, 0.1, "kVotes"),
     "unconfirmed": (True, 0.5, -0.5, "kUnconfirmed"),
-    "discontinuity": (False, -0.25, -0.5, "kDiscontinuity"),
     "fixed_to_camera": (False, 0.1, -0.1, "kFixedToCamera"),
 }
 ROTATION = {

@@ -18,11 +18,10 @@ enum class Evidence : uint8_t {
   kRotationSigma,   ///< standard deviation of the rotation, degrees
   kDirectionSigma,  ///< standard deviation of the direction over RobustOptions::max_direction_sigma
   kOtherMotion,     ///< least statistic of the pose against another motion, over its limit
-  kSecondBody,      ///< support of a second body, as a share of the pose's
+  kSecondBody,      ///< support of a second body, as a share of the pose's, where segmentation finds one
   kTorn,            ///< standard deviation of the direction by one side of a torn view alone, degrees
   kVotes,           ///< share of the cells whose distinctive matches lie on their epipolar lines
   kUnconfirmed,     ///< kDirectionSigma, where the pair before does not show the direction
-  kDiscontinuity,   ///< 1: static tracks show another motion; 0: they show none though the stream was steady
   kFixedToCamera,   ///< probability that a part of the view is fixed to the camera
   // About the rotation:
   kRotationSpread,  ///< standard deviation of the rotation without a translation, degrees

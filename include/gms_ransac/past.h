@@ -23,7 +23,7 @@ struct Past {
   /// the pair's reference, then in those of the last current image.
   Eigen::Vector3d direction = Eigen::Vector3d::Zero(), guess = Eigen::Vector3d::Zero();
   Eigen::Vector3d current_direction = Eigen::Vector3d::Zero(), current_guess = Eigen::Vector3d::Zero();
-  int steady = 0;           ///< pairs in that direction, a few at most; a pair that does not show it takes one away
+  int steady = 0;           ///< pairs for which `direction` is still expected; 0: it is not known
   ShutterEstimate shutter;  ///< the camera's, by all pairs of the stream
   /// 1 for each keypoint that the motion explained, in the reference and in the current image of the last pair.
   std::vector<uint8_t> reference_static, current_static;

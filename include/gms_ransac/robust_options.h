@@ -41,8 +41,8 @@ struct RobustOptions {
   std::optional<SortKey> sort_key;            ///< of methods that order the matches; not set: the method's own
   /// Check inlier count and spread, parallax and alternative models. Off: the model stands, as in the papers.
   bool judge = true;
-  double min_pose_probability = 0.86;     ///< with less the direction of translation is not published
-  double min_rotation_probability = 0.8;  ///< with less the rotation is not published
+  double min_pose_probability = 0.865;      ///< with less the direction of translation is not published
+  double min_rotation_probability = 0.805;  ///< with less the rotation is not published
   /// Standard deviation of the direction, degrees, (0, 90], along its widest axis, that the pose is judged against.
   double max_direction_sigma = 10;
   double calibration_sigma = 0;  ///< relative uncertainty of the focal length, and of the principal point in focal

@@ -25,7 +25,6 @@ enum class DirectionDoubt : uint8_t {
   kRotation,          ///< the rotation is known worse than to a degree
   kDirection,         ///< the direction is known worse than RobustOptions::max_direction_sigma
   kOtherMotion,       ///< another motion explains the matches as well, or a second body nearly as many
-  kDiscontinuity,     ///< it breaks with the motion before, and the matches that continue static tracks do not show it
   kUnconfirmed,       ///< the pair before does not show it, and it is not known well enough to stand alone
   kFixedToCamera,     ///< a part of the view stays in place and the rest moves as one: either may be what is static
   kVotes              ///< distinctive matches all over the view do not agree with it

@@ -56,9 +56,6 @@ std::string explainDoubt(const MatchResult& result, const RobustOptions& options
           "a second motion explains the %d filtered matches as well, or part of them; a scene with more depth, a "
           "larger motion or a %smask over moving objects decides",
           result.size(), prefix);
-    case DirectionDoubt::kDiscontinuity:
-      return "the direction of translation breaks with the motion before, and what was static until now does not show "
-             "it; something that moves by itself may fill the view";
     case DirectionDoubt::kUnconfirmed:
       return "the direction of translation is not that of the pair before, and too uncertain to stand alone";
     case DirectionDoubt::kFixedToCamera:

@@ -14,8 +14,7 @@ namespace gms_ransac {
 namespace {
 
 // Limits of the statistic, from which on the pose counts as better: than a rotation, or where mostly chance decides, a
-// quantile of the normal distribution. The lower one holds against another motion, unless chance or an error of the
-// camera may make the wrong one fit better: the other motion of a plane, near and far exchanged.
+// quantile of the normal distribution. The lower one holds against another motion, unless it is that of a plane.
 constexpr double kSurelyBetter = 2.5, kLeastVuong = 0.75;
 /// So many steps on a part of the matches show which cannot come near: those that are surely worse there.
 constexpr int kFirstIterations = 2;
@@ -327,8 +326,8 @@ Verdict compareRotations(const RefinedPose& refined, const RotationAlone& alone,
   return verdict;
 }
 
-void compareMotions(const RefinedPose& refined, double direction_sigma, const std::function<bool()>& camera_decides,
-                    const std::vector<AlternativeMotion>& motions, std::vector<float>& storage, Verdict& verdict) {
+void compareMotions(const RefinedPose& refined, double direction_sigma, const std::vector<AlternativeMotion>& motions,
+                    std::vector<float>& storage, Verdict& verdict) {
   const int count = refined.points->size(), first = std::min(kRandomPart, count);
   const double same_within = std::min(kSameSigmas * direction_sigma, kOtherDirection);
   for (const AlternativeMotion& alternative : motions) {
@@ -337,8 +336,7 @@ void compareMotions(const RefinedPose& refined, double direction_sigma, const st
     if (againstMotion(refined, same_within, first, kFirstIterations, storage, motion) >= kSurelyBetter) continue;
     const double against = againstMotion(refined, same_within, count, kFinalIterations, storage, motion);
     if (against >= kSurelyBetter) continue;
-    const bool by_chance = alternative.of_plane || (motion.t.dot(refined.pose.t) < 0 && camera_decides());
-    const double limit = by_chance ? kSurelyBetter : kLeastVuong;
+    const double limit = alternative.of_plane ? kSurelyBetter : kLeastVuong;
     if (angleBetween(motion, refined.pose) > kOtherDirection) {
       verdict.other_motion = std::min(verdict.other_motion, against / limit);
     }

@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <initializer_list>
 #include <limits>
 #include <vector>
@@ -85,10 +84,9 @@ Eigen::Matrix3d rotationCovariance(const PoseModel& model, const Eigen::Matrix3d
 /// Compares it with the pose, alone and, unless the shutter is global, with a rolling shutter.
 Verdict compareRotations(const RefinedPose& refined, const RotationAlone& alone, bool shutter_may_roll);
 /// Refines each of `motions` as the pose was, on a part of the matches first, compares it with the pose, and adds it to
-/// the verdict. `direction_sigma`: of the pose, radians; `camera_decides`: true if plausible calibration errors could
-/// change the direction, and so whether near and far are exchanged. `storage`: of residuals.
-void compareMotions(const RefinedPose& refined, double direction_sigma, const std::function<bool()>& camera_decides,
-                    const std::vector<AlternativeMotion>& motions, std::vector<float>& storage, Verdict& verdict);
+/// the verdict. `direction_sigma`: of the pose, radians. `storage`: of residuals.
+void compareMotions(const RefinedPose& refined, double direction_sigma, const std::vector<AlternativeMotion>& motions,
+                    std::vector<float>& storage, Verdict& verdict);
 /// The rotation that is known without a translation, from the pose's own, the rotation alone and a rotation past a
 /// plane, which few views tell apart.
 Explanation rotationWithoutTranslation(const RefinedPose& refined, const RotationAlone& alone, const Verdict& verdict);

@@ -52,23 +52,14 @@ bool collinear(const std::vector<float>& x, const std::vector<float>& y, const s
 
 }  // namespace
 
-bool inliersAreAccepted(const PointPairs& pairs, const TwoViewPoints& points, int sample_size, double threshold_px,
-                        const RobustResult& result, const std::vector<int>* order, ChanceSupport& chance) {
-  bool supported = result.inlier_count >= chance.minimum(sample_size, pairs.size());
-  if (order != nullptr) {
-    for (int length = pairs.size() / 2, halvings = 0; halvings < 3 && !supported; length /= 2, ++halvings) {
-      int inliers = 0;
-      for (size_t rank = 0; rank < static_cast<size_t>(length); ++rank)
-        inliers += result.inlier[points.rowOf((*order)[rank])];
-      supported = inliers >= chance.minimum(sample_size, length);
-    }
-  }
+bool inliersAreAccepted(const PointPairs& pairs, int sample_size, double threshold_px, const RobustResult& result,
+                        ChanceSupport& chance) {
   // Survivors of the filter come in groups of neighbours that move alike, so a spot in the image counts once however
   // many inliers it holds. As many as the sample has points, but no more than the five degrees of freedom of a relative
   // pose, determine the model; two more must check it. Poses of tum_fr3_cabinet from fewer spots are wrong with few
   // exceptions (doc/measured/constants.md).
   const int spots = std::min(sample_size, kPoseFreedoms) + kCheckingSpots;
-  return supported &&
+  return result.inlier_count >= chance.minimum(sample_size, pairs.size()) &&
          (spansSpots(pairs.x_reference, pairs.y_reference, pairs.image_reference, result.inlier, spots) ||
           spansSpots(pairs.x_current, pairs.y_current, pairs.image_current, result.inlier, spots)) &&
          !collinear(pairs.x_reference, pairs.y_reference, result.inlier, threshold_px) &&

@@ -115,13 +115,6 @@ PoseVector widening(const PoseSquare& by_cells, const PoseSquare& by_blocks) {
   return result;
 }
 
-/// Naive sandwich covariance with the camera known to its typical errors alone.
-PoseSquare ofAnyCamera(const PoseInformation& all, double variance) {
-  ParameterSquare scatter = all.scatter;
-  scatter.diagonal().tail<kCameraParameters>() += variance * variance * typicalCameraError().cwiseAbs2().cwiseInverse();
-  return sandwich(all.inverseWithCamera(variance).topRows<kPoseParameters>(), scatter, all.gradient);
-}
-
 }  // namespace
 
 const CameraVector& typicalCameraError() {
@@ -229,10 +222,6 @@ PoseCovariance poseCovariance(const PoseInformation& all, double variance, doubl
       naive.lazyProduct(all.curvature.topRightCorner<kPoseParameters, kCameraParameters>());
   result.covariance = orIdentity(result.of_matches + sandwich(effect, errors, CameraVector::Zero()));
   return result;
-}
-
-PoseSquare covarianceOfAnyCamera(const PoseInformation& all, double variance) {
-  return all.used < kParameters ? PoseSquare::Identity() : orIdentity(ofAnyCamera(all, variance));
 }
 
 Covariance6d relativeCovariance(const TwoViewPose& pose, const PoseSquare& covariance) {

@@ -108,9 +108,6 @@ struct PoseCovariance {
 /// `variance`: of the noise, squared thresholds; `calibration_sigma`: RobustOptions::calibration_sigma. Identity where
 /// the matches do not suffice.
 PoseCovariance poseCovariance(const PoseInformation& information, double variance, double calibration_sigma);
-/// Naive sandwich covariance if nothing were known of the camera but that it has no more than the typical calibration
-/// errors. Identity where the matches do not suffice.
-PoseSquare covarianceOfAnyCamera(const PoseInformation& information, double variance);
 
 /// Standard deviation of the direction of translation along its widest axis, radians.
 double directionSigma(const PoseSquare& covariance);

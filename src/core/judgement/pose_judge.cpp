@@ -11,11 +11,6 @@ namespace gms_ransac {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-/// From this contradiction on the errors of the camera exceed the typical ones, and the rotation must be known in spite
-/// of them.
-constexpr double kBeyondCameras = 10;
-/// Least support of a second motion, as a share of the pose's own, that is looked for.
-constexpr double kLeastOfSecond = 0.6;
 
 /// Measures the noise at a pose.
 void measureNoise(const TwoViewPose& pose, RefinedPose& refined) {
@@ -36,13 +31,6 @@ void measure(const RobustOptions& options, bool move, TwoViewPose pose, RefinedP
                           refined.points->cells());
   refined.covariance = poseCovariance(refined.information, variance, options.calibration_sigma);
   if (options.judge) refined.worst_break = findBreak(refined.information, variance);
-}
-
-/// Standard deviation of the rotation, the three axes together, radians: with a perfect camera, unless the matches
-/// contradict it.
-double rotationSigma(const PoseCovariance& known) {
-  const PoseSquare& covariance = known.camera.statistic < kBeyondCameras ? known.of_matches : known.covariance;
-  return std::sqrt(covariance.topLeftCorner<3, 3>().trace());
 }
 
 RelativePose publish(const TwoViewPose& pose, const PoseSquare& covariance) {
@@ -128,11 +116,7 @@ Verdict PoseJudge::compare(const RefinedPose& refined, const std::vector<Alterna
                            bool shutter_may_roll) {
   Verdict verdict = compareRotations(refined, alone_, shutter_may_roll);
   if (verdict.rotationIsBetter()) return verdict;
-  const auto camera_decides = [&] {
-    return !directionIsKnown(covarianceOfAnyCamera(refined.information, refined.noise.variance()));
-  };
-  compareMotions(refined, directionSigma(refined.covariance.of_matches), camera_decides, alternatives, residuals_,
-                 verdict);
+  compareMotions(refined, directionSigma(refined.covariance.of_matches), alternatives, residuals_, verdict);
   return verdict;
 }
 
@@ -142,18 +126,13 @@ EvidenceTable PoseJudge::evidenceOf(const RefinedPose& refined, const Verdict& v
   evidence[Evidence::kRotation] = std::min(verdict.rotation, verdict.rolling);
   evidence[Evidence::kStatic] = verdict.static_share;
   evidence[Evidence::kInfinity] = verdict.share_at_infinity;
-  evidence[Evidence::kRotationSigma] = rotationSigma(refined.covariance) / kDegree;
+  evidence[Evidence::kRotationSigma] = std::sqrt(refined.covariance.of_matches.topLeftCorner<3, 3>().trace()) / kDegree;
   evidence[Evidence::kDirectionSigma] = direction_sigma / options_.max_direction_sigma;
   evidence[Evidence::kOtherMotion] = verdict.other_motion;
-  const double second = segmentation_.shareOfSecond(refined, kLeastOfSecond);
-  if (second > 0) evidence[Evidence::kSecondBody] = second;
+  if (refined.bodies.found()) evidence[Evidence::kSecondBody] = refined.bodies.smaller_share;
   evidence[Evidence::kTorn] = refined.worst_break.weaker_side * direction_sigma;
   evidence[Evidence::kInlierShare] = shareOfInliers(refined.noise, refined.points->size());
   return evidence;
-}
-
-bool PoseJudge::directionIsKnown(const PoseSquare& covariance) const {
-  return directionSigma(covariance) <= options_.max_direction_sigma * kDegree;
 }
 
 const Judgement& PoseJudge::conclude(const RefinedPose& refined, bool rotated) {

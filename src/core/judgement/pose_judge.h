@@ -40,7 +40,6 @@ class PoseJudge {
   EvidenceTable evidenceOf(const RefinedPose& refined, const Verdict& verdict);
   /// Takes the motion for right, or its rotation alone.
   void accept(bool with_translation);
-  bool directionIsKnown(const PoseSquare& covariance) const;
   /// Fills all but poses and what is known of them. `rotated`: matches are weighed by what the rotation leaves of them.
   const Judgement& conclude(const RefinedPose& refined, bool rotated);
 

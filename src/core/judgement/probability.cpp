@@ -31,7 +31,6 @@ constexpr Weight kOfPose[] = {
     {Evidence::kTorn, "torn", false, 4.38, -0.437, DirectionDoubt::kOtherMotion},
     {Evidence::kVotes, "votes", false, -1.58, 10.2, DirectionDoubt::kVotes},
     {Evidence::kUnconfirmed, "unconfirmed", true, 1.66, -0.975, DirectionDoubt::kUnconfirmed},
-    {Evidence::kDiscontinuity, "discontinuity", false, 1.56, -1.94, DirectionDoubt::kDiscontinuity},
     {Evidence::kFixedToCamera, "fixed_to_camera", false, 2.92, -7.73, DirectionDoubt::kFixedToCamera},
 };
 constexpr Weight kOfRotation[] = {

@@ -9,7 +9,6 @@
 #include <Eigen/Cholesky>
 
 #include "judgement/refined_pose.h"
-#include "ransac/proposals.h"
 
 namespace gms_ransac {
 
@@ -165,29 +164,6 @@ void Segmentation::find(const RefinedPose& refined, TwoBodies& bodies) {
   }
   bodies.larger = motions[swapped];
   bodies.smaller_share = static_cast<double>(explained[!swapped]) / std::max(1, explained[swapped]);
-}
-
-double Segmentation::shareOfSecond(const RefinedPose& refined, double least) {
-  if (refined.bodies.found() && refined.bodies.smaller_share > least) return refined.bodies.smaller_share;
-  const PointColumnsView points = refined.points->view();
-  rest_.clear();
-  for (int slot = 0; slot < points.count; ++slot) {
-    if (refined.noise.probabilities()[static_cast<size_t>(slot)] < 0.5f) rest_.push_back(slot);
-  }
-  const int rest = static_cast<int>(rest_.size()), explained = points.count - rest;
-  if (rest < least * explained) return 0;
-  own_.gather(points, rest_.data(), rest);
-  const PoseModel model(refined.kernels, own_.view());
-  findMotionStarts(refined.kernels, own_.view(), motions_);
-  std::vector<float>& residuals = residuals_[0];
-  int most = 0;
-  for (TwoViewPose& motion : motions_) {
-    model.refine(kRobustLoss, kFinalIterations, motion);
-    model.residualsInFront(motion, residuals);
-    most =
-        std::max<int>(most, std::count_if(residuals.begin(), residuals.begin() + rest, [](float e) { return e < 1; }));
-  }
-  return static_cast<double>(most) / explained;
 }
 
 }  // namespace gms_ransac

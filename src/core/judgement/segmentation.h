@@ -46,16 +46,11 @@ class Segmentation {
   /// Refines a motion on either side of the worst break, gives every cell to the one that explains it better, and so
   /// on. Two motions are found where they explain the matches much better than the pose.
   void find(const RefinedPose& refined, TwoBodies& bodies);
-  /// Matches that one other motion explains, of those that the noise finds unlikely under the pose, as a share of the
-  /// likely ones. The second body's share if that exceeds `least`; 0 where the matches are too few to come to it.
-  double shareOfSecond(const RefinedPose& refined, double least);
 
  private:
   std::vector<float> residuals_[2];
   std::vector<float> second_worse_;  ///< of each cell, by how much the second motion explains it worse than the first
   PointColumns own_;
-  std::vector<int> rest_;  ///< slots that the pose does not explain
-  std::vector<TwoViewPose> motions_;
 };
 
 }  // namespace gms_ransac

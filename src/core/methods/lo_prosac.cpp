@@ -73,7 +73,7 @@ class LoProsac : public RansacMethod {
     if (!search.ransac.best()) return;
     Hypothesis answer = *search.ransac.best();
     model.refine(kRobustLoss, finalIterations(pair.result.effort), answer);
-    if (accept(pair, model.matrix(answer), true)) recoverPose(pair, model, answer, true);
+    if (accept(pair, model.matrix(answer))) recoverPose(pair, model, answer, true);
   }
 
   void estimatePose(const PairTask& pair) {
@@ -93,7 +93,7 @@ class LoProsac : public RansacMethod {
     optimum = refined(plain, optimum, effort);
     weighAligned(plain, optimum);
     const RefinedPose& answer = judge_.refine(points_, true, optimum);
-    if (!accept(pair, answer.pose.essential(), true)) return;
+    if (!accept(pair, answer.pose.essential())) return;
     pair.result.judgement = judge_.judge(answer, optima_.alternatives, options_.mayRoll(pair.pairs.shutter));
     pair.result.optimum = MotionStart(answer.pose);
   }

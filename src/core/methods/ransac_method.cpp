@@ -120,12 +120,11 @@ void RansacMethod::setModel(const PairTask& pair, const Eigen::Matrix3d& model) 
   result.rms_error_px = result.inlier_count > 0 ? std::sqrt(sum / result.inlier_count) : 0;
 }
 
-bool RansacMethod::accept(const PairTask& pair, const Eigen::Matrix3d& matrix, bool ordered) {
+bool RansacMethod::accept(const PairTask& pair, const Eigen::Matrix3d& matrix) {
   const auto& [pairs, camera, result] = pair;
   setModel(pair, points_.inResultUnits(matrix));
   result.model_found =
-      !options_.judge || inliersAreAccepted(pairs, points_, model_->sampleSize(), options_.inlierThreshold(), result,
-                                            ordered ? &order_ : nullptr, chance_);
+      !options_.judge || inliersAreAccepted(pairs, model_->sampleSize(), options_.inlierThreshold(), result, chance_);
   if (!result.model_found) result.reject();
   return result.model_found;
 }

@@ -59,9 +59,8 @@ class RansacMethod : public Method {
     model.residuals(answer, storage_.residuals);
     points_.weighAligned(storage_.residuals);
   }
-  /// Sets model and inliers from a matrix in working coordinates; false, and no model, if they are too few. `ordered`:
-  /// support among the first ranks counts, too.
-  bool accept(const PairTask& pair, const Eigen::Matrix3d& matrix, bool ordered = false);
+  /// Sets model and inliers from a matrix in working coordinates; false, and no model, if they are too few.
+  bool accept(const PairTask& pair, const Eigen::Matrix3d& matrix);
   /// Finds the pose, if the camera is calibrated, and the probabilities of the matches for the accepted `best`.
   void recoverPose(const PairTask& pair, const TwoViewModel& model, const Hypothesis& best, bool refine);
 

@@ -11,8 +11,7 @@ namespace gms_ransac {
 
 namespace {
 
-/// So many pairs in one direction let the next one be expected; it is waited for over as many pairs as were steady.
-constexpr int kSteady = 2, kMostSteady = 4;
+constexpr int kRemembered = 4;  ///< pairs over which a known direction is expected again
 /// In a hand one in ten pairs whose direction nothing before shows is wrong, most with near and far exchanged. If the
 /// pair before shows it, be it as a guess, one in sixty is. Certain to half the limit, the others are as good.
 constexpr double kShown = 30 * M_PI / 180;
@@ -62,23 +61,14 @@ void markStatic(const MatchResult& result, Past& past) {
 
 void Continuity::check(Method& method, const Camera& camera, MatchResult& result, const Past& past) {
   RobustResult& robust = result.robust;
-  const bool known = robust.judgement.translation_observable;
-  if (robust.judgement.pose_found && (known || past.steady > 0) && !continues(robust, past)) {
+  if (past.steady > 0 && robust.judgement.pose_found && !continues(robust, past)) {
     select(past, result);
     const RobustResult& alone = tracks_.robust;
     tracks_.clear();
     if (static_cast<int>(tracks_.rows.size()) >= kEnoughTracks) tracks_.estimate(method, camera, result);
-    const bool continued = alone.judgement.translation_observable && continues(alone, past);
     const bool confirmed =
-        known && alone.judgement.pose_found && isSame(alone.judgement.pose.t, robust.judgement.pose.t);
-    if (continued && !confirmed) {
-      tracks_.replace(camera, result);
-    } else if (known && !confirmed && alone.judgement.translation_observable) {
-      robust.judgement.evidence[Evidence::kDiscontinuity] = 1;
-      widen(alone.judgement.pose.R, 1, robust.judgement.rotation);
-    } else if (known && !confirmed && past.steady >= kSteady) {
-      robust.judgement.evidence[Evidence::kDiscontinuity] = 0;
-    }
+        robust.judgement.translation_observable && isSame(alone.judgement.pose.t, robust.judgement.pose.t);
+    if (alone.judgement.translation_observable && continues(alone, past) && !confirmed) tracks_.replace(camera, result);
   }
   if (robust.judgement.motion.t.dot(past.guess) < std::cos(kShown)) {
     robust.judgement.evidence[Evidence::kUnconfirmed] = robust.judgement.evidence[Evidence::kDirectionSigma];
@@ -95,11 +85,7 @@ void Continuity::select(const Past& past, const MatchResult& result) {
 void continuePast(MatchResult& result, Past& past) {
   const RobustResult& robust = result.robust;
   markStatic(result, past);
-  if (!robust.judgement.translation_observable) {
-    past.steady = std::max(0, past.steady - 1);
-  } else {
-    past.steady = continues(robust, past) ? std::min(past.steady + 1, kMostSteady) : 1;
-  }
+  past.steady = robust.judgement.translation_observable ? kRemembered : std::max(0, past.steady - 1);
   remember(result, past);
   result.shutter = past.shutter.shutter();
 }

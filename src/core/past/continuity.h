@@ -1,8 +1,8 @@
 // The room past holds an answer against what the pairs before it showed, or against what else is seen. Between two
 // pairs nothing is kept but Past.
 //
-// Compares an answer with the past of its stream, and continues that: a direction that breaks with the motion so far
-// must be shown by the matches that continue static tracks. doc/inside/judgement.md says why.
+// Compares an answer with the past of its stream, and continues that: where its direction is new, the matches that
+// continue static tracks may replace it. doc/inside/judgement.md says why.
 #pragma once
 
 #include "gms_ransac/camera.h"
@@ -15,10 +15,9 @@ namespace gms_ransac {
 
 class Continuity {
  public:
-  /// `method` has just estimated `result`. If the direction is new and the static tracks alone show another motion,
-  /// that motion becomes the result; where they are too few to show any, a steady stream refuses the pair. If the
-  /// direction is not known and the static tracks alone continue the stream, their motion becomes the result. A
-  /// direction that the pair before did not show at all must be known twice as well as others.
+  /// `method` has just estimated `result`. If its direction is new or not known, and the static tracks alone continue
+  /// the stream, their motion becomes the result. A direction that the pair before did not show at all must be known
+  /// twice as well as others.
   void check(Method& method, const Camera& camera, MatchResult& result, const Past& past);
 
  private:

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "past/pixel_motion.h"
 #include "past/standstill.h"
 #include "support/order_statistics.h"
 
@@ -99,14 +98,12 @@ bool FixedToCamera::contradicts(const Camera& camera, const PointPairs& pairs) {
   const RobustResult& motion = others_.robust;
   const bool moves = motion.judgement.translation_observable;
   const std::vector<float>& residuals = others_.residuals(camera, pairs);
-  const PixelMotion of_others(camera, motion.judgement.pose);
   const double f = camera.meanFocalLength();
   const double of_rotation = moves ? 0 : f * f * motion.judgement.pose.covariance.bottomRightCorner<3, 3>().trace();
   const auto excludes = [&](size_t row) {
     const double sigma = motion.judgement.sigma(pairs.octave_current[row], pairs.scale_factor);
     const double limit = kExplained * std::sqrt(1 + of_rotation / (2 * sigma * sigma));
-    const cv::Point2f p(pairs.x_reference[row], pairs.y_reference[row]), q(pairs.x_current[row], pairs.y_current[row]);
-    return residuals[row] > limit || (moves && of_others.isBehind(p, q, kExplained * M_SQRT2 * sigma));
+    return residuals[row] > limit;
   };
   const auto excluded = std::count_if(fixed_.begin(), fixed_.end(), excludes);
   return static_cast<double>(excluded) > kMajority * static_cast<double>(fixed_.size());

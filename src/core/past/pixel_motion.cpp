@@ -18,7 +18,6 @@ Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
 
 PixelMotion::PixelMotion(const Camera& camera, const RelativePose& motion)
     : motion_(motion),
-      focal_length_(camera.meanFocalLength()),
       to_ray_(camera.K().inverse()),
       to_reference_(camera.K() * motion.R * to_ray_),
       to_current_(camera.K() * motion.R.transpose() * to_ray_),
@@ -50,10 +49,8 @@ double PixelMotion::fromLineSigma(const cv::Point2f& p, const cv::Point2f& q) co
   return std::sqrt(derivative.dot(motion_.covariance * derivative)) / epipolar(p, q).gradient;
 }
 
-bool PixelMotion::isBehind(const cv::Point2f& p, const cv::Point2f& q, double noise) const {
+bool PixelMotion::isBehind(const cv::Point2f& p, const cv::Point2f& q) const {
   const Eigen::Vector3d a = to_ray_ * homogeneous(p), b = motion_.R * (to_ray_ * homogeneous(q)), normal = a.cross(b);
-  const double angle = noise / focal_length_;
-  if (normal.squaredNorm() <= angle * angle * a.squaredNorm() * b.squaredNorm()) return false;
   return motion_.t.cross(b).dot(normal) < 0 || motion_.t.cross(a).dot(normal) < 0;
 }
 

@@ -26,8 +26,8 @@ class PixelMotion {
   /// Standard deviation of `fromLine` by the covariance of the motion: errors of rotation and translation that do not
   /// move the line do not count.
   double fromLineSigma(const cv::Point2f& p, const cv::Point2f& q) const;
-  /// True if the point of a match is behind a camera. False if it is too far to tell with points of this noise, pixels.
-  bool isBehind(const cv::Point2f& p, const cv::Point2f& q, double noise = 0) const;
+  /// True if the point of a match is behind a camera.
+  bool isBehind(const cv::Point2f& p, const cv::Point2f& q) const;
 
  private:
   /// p . F q, and what makes of it the distance from the line.
@@ -37,7 +37,6 @@ class PixelMotion {
   Epipolar epipolar(const cv::Point2f& p, const cv::Point2f& q) const;
 
   RelativePose motion_;
-  double focal_length_;
   Eigen::Matrix3d to_ray_, to_reference_, to_current_, F_;
 };
 

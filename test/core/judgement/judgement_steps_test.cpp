@@ -46,8 +46,7 @@ struct JudgedScene {
     std::vector<float> storage;
     fitRotation(refined, alone);
     Verdict verdict = compareRotations(refined, alone, true);
-    compareMotions(
-        refined, direction_sigma, [] { return false; }, motions, storage, verdict);
+    compareMotions(refined, direction_sigma, motions, storage, verdict);
     return verdict;
   }
 };
