@@ -88,7 +88,7 @@ DepthEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, K
   if (!joint) return estimate;
   pose = joint->pose;
   if (rig && start.two_cameras) {
-    estimate.by_rig = joint->by_prior;
+    estimate.by_sensor = joint->by_prior;
     rig->add(joint->sensor, disparity);
   } else {
     pose.covariance += joint->by_prior * joint->by_prior.transpose();

@@ -14,7 +14,7 @@
 #include "gms_ransac/match_result.h"
 #include "gms_ransac/triangulation.h"
 #include "scale/key_frame.h"
-#include "scale/learnt_rig.h"
+#include "scale/learnt_sensor.h"
 #include "scale/pair_points.h"
 #include "scale/translation_scale.h"
 
@@ -27,7 +27,7 @@ std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth)
 struct DepthEstimate : ScaleEstimate {
   /// Errors of the pose by the rig, which all pairs of a stream share: a column each of independent ones, one standard
   /// deviation. Rows as in RelativePose::covariance, which does not have them if a rig is given.
-  Eigen::Matrix<double, 6, 4> by_rig = Eigen::Matrix<double, 6, 4>::Zero();
+  Eigen::Matrix<double, 6, 4> by_sensor = Eigen::Matrix<double, 6, 4>::Zero();
 };
 
 /// One pose from all that was measured of a pair, by robust least squares from `result.robust.judgement.pose`: inliers

@@ -51,7 +51,7 @@ void measureByDepth(bool stereo, Stream& stream, ProcessedFrame& answer) {
          current.image.camera->camera, reference.stereo.depth, current.stereo.depth, rig ? rig->baseline : 0,
          answer.pair->track_ids, reference.image.grey, current.image.grey},
         answer.pose, &stream.key, stereo ? &stream.rig : nullptr);
-  answer.shared.rightCols<kRigErrors>() = scale.by_rig;
+  answer.shared.rightCols<kSensorErrors>() = scale.by_sensor;
   if (rig) answer.rig = stream.rig;
   answer.metric_scale = scale.features > 0;
   if (answer.metric_scale) answer.since_key = MotionSinceKey{stream.key.current, stream.key.is_reference};

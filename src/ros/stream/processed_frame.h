@@ -11,7 +11,7 @@
 
 #include "gms_ransac/match_filter.h"
 #include "gms_ransac/triangulation.h"
-#include "scale/learnt_rig.h"
+#include "scale/learnt_sensor.h"
 #include "stream/odometry.h"
 #include "stream/prepared_frame.h"
 #include "stream/shared_errors.h"

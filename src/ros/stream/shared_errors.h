@@ -8,9 +8,9 @@
 namespace gms_ransac {
 
 /// One standard deviation of each independent error, a column each: its covariance is the matrix times its transpose.
-/// Rows as in RelativePose::covariance; the last columns are those of two cameras (DepthEstimate::by_rig).
-constexpr int kRigErrors = 4;
-using SharedErrors = Eigen::Matrix<double, 6, 16 + kRigErrors>;
+/// Rows as in RelativePose::covariance; the last columns are those of two cameras (DepthEstimate::by_sensor).
+constexpr int kSensorErrors = 4;
+using SharedErrors = Eigen::Matrix<double, 6, 16 + kSensorErrors>;
 
 /// Errors of one motion, linear in it, so that they cancel on the way back. A wrong calibration changes displacements
 /// in the image by a share of themselves, those by the rotation and those by the translation. Each makes an error of

@@ -390,7 +390,7 @@ class WrongRig {
                                                           {}},
                                                          pose, nullptr, rig);
     EXPECT_EQ(estimate.features, points.size());
-    EXPECT_EQ(estimate.by_rig.isZero(), rig == nullptr);
+    EXPECT_EQ(estimate.by_sensor.isZero(), rig == nullptr);
     return (pose.t - exact.result.robust.judgement.pose.t).norm();
   }
 

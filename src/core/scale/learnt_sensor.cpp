@@ -1,4 +1,4 @@
-#include "scale/learnt_rig.h"
+#include "scale/learnt_sensor.h"
 
 #include <Eigen/LU>
 
