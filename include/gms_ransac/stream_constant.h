@@ -1,5 +1,5 @@
 // Constants of a stream that every pair measures anew: how long a shutter reads an image, the errors that the
-// calibration of two cameras has left.
+// calibration of two cameras or of a depth camera has left.
 #pragma once
 
 #include <algorithm>

@@ -9,15 +9,11 @@ namespace gms_ransac {
 
 namespace {
 
-using Eigen::Matrix4d;
 using Eigen::Vector3d;
-using Eigen::Vector4d;
 
 constexpr int kMinimumSupport = 8;
 // Depth beyond this share of difference between the four pixels around a point lies on a rim, relative.
 constexpr double kRim = 0.05;
-// Prior standard deviation of the row rotation, radians: half a degree to one degree on a hand-held Kinect.
-constexpr double kRowRotationSigma = 3.14159265358979323846 / 180;
 
 double depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
   if (!(pixel.x >= 0 && pixel.x < depth.cols - 1 && pixel.y >= 0 && pixel.y < depth.rows - 1)) return 0;
@@ -46,6 +42,12 @@ double startingLength(std::vector<std::pair<double, double>> ratios) {
   return 0;
 }
 
+SensorPrior unlearnt(bool two_cameras, double disparity) {
+  SensorPrior prior = two_cameras ? LearntRig().prior(disparity) : LearntOffset().prior(disparity);
+  prior.shared_from = static_cast<int>(prior.mean.size());
+  return prior;
+}
+
 }  // namespace
 
 std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth) {
@@ -58,7 +60,7 @@ std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth)
   return column;
 }
 
-DepthEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, KeyFrame* key, LearntRig* rig) {
+DepthEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, KeyFrame* key, LearntSensor* sensor) {
   DepthEstimate estimate;
   const PairReader reader(pair);
   const Triangulation& triangulated = pair.points;
@@ -82,18 +84,18 @@ DepthEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, K
     points.joint[i].begin(start.pose, triangulated.valid[point] ? length * triangulated.depth_reference[point] : 0);
   }
   const double disparity = reader.pixel() / pair.baseline;
-  SensorPrior prior = {Vector4d::Zero(), Matrix4d::Identity() / (kRowRotationSigma * kRowRotationSigma)};
-  if (start.two_cameras) prior = (rig ? *rig : LearntRig()).prior(disparity);
+  const SensorPrior prior = sensor ? sensor->prior(disparity) : unlearnt(start.two_cameras, disparity);
   const std::optional<JointEstimate> joint = refineJointly(points.joint, start, prior, false);
   if (!joint) return estimate;
   pose = joint->pose;
-  if (rig && start.two_cameras) {
-    estimate.by_sensor = joint->by_prior;
-    rig->add(joint->sensor, disparity);
-  } else {
-    pose.covariance += joint->by_prior * joint->by_prior.transpose();
+  estimate.by_sensor = joint->shared;
+  std::optional<SensorEvidence> evidence = joint->sensor;
+  if (key) {
+    const std::optional<SensorEvidence> of_key = key->locate(pair, reader, points, prior, *joint);
+    // Points near by tell most of a rig, and leave the view first; the offset of a depth camera takes a long way.
+    if (!start.two_cameras) evidence = of_key;
   }
-  if (key) key->locate(pair, reader, points, prior, rig != nullptr, pose);
+  if (sensor && evidence) sensor->add(*evidence, disparity);
   estimate.length = pose.t.norm();
   const Vector3d along = pose.t.normalized();
   estimate.relative_sigma =

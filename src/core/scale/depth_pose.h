@@ -25,8 +25,8 @@ namespace gms_ransac {
 std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth);
 
 struct DepthEstimate : ScaleEstimate {
-  /// Errors of the pose by the rig, which all pairs of a stream share: a column each of independent ones, one standard
-  /// deviation. Rows as in RelativePose::covariance, which does not have them if a rig is given.
+  /// Errors of the pose by the sensor, which all pairs of a stream share: a column each of independent ones, one
+  /// standard deviation. Rows as in RelativePose::covariance, which has them instead if nothing is learnt.
   Eigen::Matrix<double, 6, 4> by_sensor = Eigen::Matrix<double, 6, 4>::Zero();
 };
 
@@ -34,8 +34,8 @@ struct DepthEstimate : ScaleEstimate {
 /// with depth as points in space, with the noise of depth or disparity; the others by their Sampson distance. With
 /// pixels the inliers are aligned before. Rotation, translation and covariance are joint. `features` 0 (fewer than
 /// eight inliers with depth, or no solution) leaves `pose` alone. `key`: locates the current image in it as well.
-/// `rig`: of two cameras; holds the pair, and learns from it.
+/// `sensor`: holds the pair, and learns from it.
 DepthEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, KeyFrame* key = nullptr,
-                                    LearntRig* rig = nullptr);
+                                    LearntSensor* sensor = nullptr);
 
 }  // namespace gms_ransac

@@ -51,7 +51,8 @@ struct JointResidual {
 };
 
 /// Factors of JointMotion::sensor in the error of an inverse depth.
-Eigen::RowVector4d disparityError(const SeenPoint& seen) {
+Eigen::RowVector4d errorOfDepth(const SeenPoint& seen, const JointMotion& motion) {
+  if (!motion.two_cameras) return {0, 0, 0, 1};
   const double x = seen.value.x(), y = seen.value.y();
   return {1, x, y, x * x + y * y};
 }
@@ -92,11 +93,12 @@ JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
   result.value = seen - p.current.value + by_point * (p.reference.value - p.estimate);
   if (!motion.two_cameras) {
     by_rotation = (projection * by_rotation).eval();
-  } else {
-    if (p.reference.has_depth) by_sensor = by_point.col(2) * disparityError(p.reference);
-    if (p.current.has_depth) by_sensor.row(2) -= disparityError(p.current);
-    result.value += by_sensor * motion.sensor;
   }
+  Eigen::Matrix<double, 3, kSensor> by_error = Eigen::Matrix<double, 3, kSensor>::Zero();
+  if (p.reference.has_depth) by_error = by_point.col(2) * errorOfDepth(p.reference, motion);
+  if (p.current.has_depth) by_error.row(2) -= errorOfDepth(p.current, motion);
+  by_sensor += by_error;
+  result.value += by_error * motion.sensor;
   const Matrix3d spread = by_point * p.reference.variance.asDiagonal();
   Matrix3d covariance = spread * by_point.transpose();
   covariance.diagonal() += p.current.variance;
@@ -135,7 +137,7 @@ class JointRefinement {
       if (i > 1 && -slope.dot(step) < kConverged) break;
     }
     const JointEstimate answer = estimate();
-    if (!answer.pose.covariance.allFinite() || !answer.by_prior.allFinite()) return std::nullopt;
+    if (!answer.pose.covariance.allFinite() || !answer.shared.allFinite()) return std::nullopt;
     return answer;
   }
 
@@ -195,7 +197,7 @@ class JointRefinement {
       p.estimate = p.reference.value;
       if (residuals_[i].squared > loss_ * p.freedom) continue;  // it says nothing of this point
       p.estimate -= residuals_[i].gain * (residuals_[i].value + residuals_[i].derivative * step);
-      if (motion_.two_cameras && p.reference.has_depth) p.estimate.z() += disparityError(p.reference) * motion_.sensor;
+      if (p.reference.has_depth) p.estimate.z() += errorOfDepth(p.reference, motion_) * motion_.sensor;
     }
   }
 
@@ -212,7 +214,10 @@ class JointRefinement {
     JointEstimate answer;
     answer.pose = motion_.pose;
     answer.pose.covariance = (inverse * scatter * inverse.transpose()).topLeftCorner<kPose, kPose>();
-    answer.by_prior = inverse.topRightCorner<kPose, kSensor>() * prior_.information.llt().matrixL();
+    answer.shared = inverse.topRightCorner<kPose, kSensor>() * prior_.information.llt().matrixL();
+    auto of_pair = answer.shared.leftCols(prior_.shared_from);
+    answer.pose.covariance += of_pair * of_pair.transpose();
+    of_pair.setZero();
     answer.sensor = evidence(curvature, scatter);
     return answer;
   }

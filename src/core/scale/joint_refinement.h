@@ -36,12 +36,12 @@ struct JointPoint {
 struct JointMotion {
   RelativePose pose;  ///< of the middle rows
   bool two_cameras;
-  /// Two cameras: what calibration leaves of the inverse depths, to be added to each measured one: 1/m, and its growth
+  /// What calibration leaves of the inverse depths, to be added to each measured one. Two cameras: 1/m, and its growth
   /// with x (focal lengths that differ), y (a camera rolled against the other) and x^2 + y^2 (yawed against it, or
-  /// undistorted around a wrong centre).
-  /// A depth camera, the first three: rotation vector, current minus reference, from the top row to the bottom. If the
-  /// rotation during the readout of a rolling shutter differs between the images, the difference grows with the row;
-  /// without it in the model it would be taken for translation.
+  /// undistorted around a wrong centre). A depth camera: the last is in 1/m; a factor would be one of the translation.
+  /// Its first three are a rotation vector, current minus reference, from the top row to the bottom. If the rotation
+  /// during the readout of a rolling shutter differs between the images, the difference grows with the row; without it
+  /// in the model it would be taken for translation.
   Eigen::Vector4d sensor = Eigen::Vector4d::Zero();
 };
 
@@ -49,6 +49,7 @@ struct JointMotion {
 struct SensorPrior {
   Eigen::Vector4d mean;
   Eigen::Matrix4d information;  ///< inverse of the covariance
+  int shared_from;              ///< the errors from here on are the same in all pairs; not correlated with the others
 };
 
 /// JointMotion::sensor by the points alone, without the prior.
@@ -58,9 +59,9 @@ struct SensorEvidence {
 };
 
 struct JointEstimate {
-  RelativePose pose;  ///< with the covariance by the points alone
-  /// The error of the pose by that of the prior: a column each of independent errors of one standard deviation.
-  Eigen::Matrix<double, 6, 4> by_prior;
+  RelativePose pose;  ///< without the errors of the prior that all pairs share in the covariance
+  /// These errors of the pose: a column each of independent ones of one standard deviation; 0 up to `shared_from`.
+  Eigen::Matrix<double, 6, 4> shared;
   SensorEvidence sensor;
 };
 

@@ -35,19 +35,26 @@ RelativePose fused(const RelativePose& a, const RelativePose& b) {
 
 }  // namespace
 
-void KeyFrame::locate(const DepthPair& pair, const PairReader& reader, const PairPoints& of_pair,
-                      const SensorPrior& prior, bool shared, const RelativePose& pose) {
-  const RelativePose chain = chained(reference, pose);
+std::optional<SensorEvidence> KeyFrame::locate(const DepthPair& pair, const PairReader& reader,
+                                               const PairPoints& of_pair, const SensorPrior& prior,
+                                               const JointEstimate& motion) {
+  const RelativePose chain = chained(reference, motion.pose);
   std::vector<JointPoint> still_seen = stillSeen(pair, reader, of_pair, chain);
   const auto count = static_cast<double>(still_seen.size());
   const double share = pair.mayRoll() ? kStillSeenRolling : kStillSeen;
   std::optional<JointEstimate> direct;
   if (count >= std::max(kLeastStillSeen, share * static_cast<double>(points.size())))
     direct = refineJointly(still_seen, {chain, pair.baseline > 0}, prior, true);
-  if (!direct) return begin(pair, of_pair, pose);
-  if (!shared) direct->pose.covariance += direct->by_prior * direct->by_prior.transpose();
-  current = fused(chain, direct->pose);
-  is_reference = false;
+  std::optional<SensorEvidence> told;
+  if (!direct) {
+    told = sensor;
+    begin(pair, of_pair, motion.pose);
+  } else {
+    current = fused(chain, direct->pose);
+    is_reference = false;
+  }
+  sensor = (direct ? *direct : motion).sensor;
+  return told;
 }
 
 std::vector<JointPoint> KeyFrame::stillSeen(const DepthPair& pair, const PairReader& reader, const PairPoints& of_pair,

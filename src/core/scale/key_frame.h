@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -22,16 +23,17 @@ struct KeyFrame {
     cv::Point pixel;        ///< that `seen` is of
     Eigen::Matrix2f shape;  ///< of the patch there, in the last image that showed it (PatchPlace)
   };
-  std::vector<Point> points;        ///< in the order of their tracks
-  cv::Mat image;                    ///< CV_8UC1, of its own memory; empty: no pixels
-  RelativePose reference, current;  ///< of these cameras in that of the key frame, metres
-  bool is_reference = true;         ///< it became the key frame with this pair
+  std::vector<Point> points;             ///< in the order of their tracks
+  cv::Mat image;                         ///< CV_8UC1, of its own memory; empty: no pixels
+  RelativePose reference, current;       ///< of these cameras in that of the key frame, metres
+  bool is_reference = true;              ///< it became the key frame with this pair
+  std::optional<SensorEvidence> sensor;  ///< by `current`
 
-  /// Sets `current` by the motion of a pair, `pose`, and by the points that are still followed, with the pair's prior
-  /// of the sensor; `shared`: its errors are, and no part of the covariance. If these are few, the reference of the
-  /// pair becomes the key frame.
-  void locate(const DepthPair& pair, const PairReader& reader, const PairPoints& of_pair, const SensorPrior& prior,
-              bool shared, const RelativePose& pose);
+  /// Sets `current` by the motion of a pair and by the points that are still followed, with the pair's prior of the
+  /// sensor. If these are few, the reference of the pair becomes the key frame; returns what the longest motion since
+  /// the key frame before has told of the sensor.
+  std::optional<SensorEvidence> locate(const DepthPair& pair, const PairReader& reader, const PairPoints& of_pair,
+                                       const SensorPrior& prior, const JointEstimate& motion);
   /// The current image is the reference of the next pair.
   void advance() { reference = current; }
 

@@ -1,4 +1,4 @@
-// The errors that calibration has left in the disparities of two cameras, learnt over a stream.
+// What calibration has left in the inverse depths of a sensor, learnt over a stream.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,12 +8,19 @@
 
 namespace gms_ransac {
 
-/// Pixels to be added to a disparity, and their growth with x = 1, y = 1 and x^2 + y^2 = 1 (JointMotion::sensor).
-class LearntRig {
+/// JointMotion::sensor of a stream. `pixel`: of the disparity of two cameras, 1/m.
+class LearntSensor {
  public:
-  /// `pixel`: of disparity, 1/m.
-  SensorPrior prior(double pixel) const;
-  void add(const SensorEvidence& pair, double pixel);
+  virtual ~LearntSensor() = default;
+  virtual SensorPrior prior(double pixel) const = 0;
+  virtual void add(const SensorEvidence& pair, double pixel) = 0;
+};
+
+/// Of two cameras: pixels to be added to a disparity, and their growth with x = 1, y = 1 and x^2 + y^2 = 1.
+class LearntRig : public LearntSensor {
+ public:
+  SensorPrior prior(double pixel) const override;
+  void add(const SensorEvidence& pair, double pixel) override;
 
   Eigen::Vector4d mean() const;
   Eigen::Vector4d deviation() const;  ///< standard deviation of each
@@ -22,6 +29,20 @@ class LearntRig {
 
  private:
   StreamConstant<4> constant_{10, 0.98};
+};
+
+/// Of a depth camera: 1/m to be added to an inverse depth.
+class LearntOffset : public LearntSensor {
+ public:
+  SensorPrior prior(double pixel) const override;
+  void add(const SensorEvidence& pair, double pixel) override;
+
+  double mean() const;
+  double deviation() const;
+  bool isOff() const;
+
+ private:
+  StreamConstant<1> constant_{1, 0.98};
 };
 
 }  // namespace gms_ransac

@@ -251,10 +251,20 @@ class MatchFilterRos {
              parameters_.name.c_str(), kind.c_str(), 1e3 * static_cast<double>(stats.shutter_readout),
              1e3 * static_cast<double>(stats.shutter_readout_sigma));
   }
-  /// Logs once what the calibration of two cameras has left, if it matters.
-  void reportRig(const ProcessedFrame& processed) {
-    if (rig_reported_ || !processed.rig || !processed.rig->isOff()) return;
-    rig_reported_ = true;
+  /// Logs once what the calibration of two cameras or of a depth camera has left, if it matters.
+  void reportSensor(const ProcessedFrame& processed) {
+    if (sensor_reported_) return;
+    if (processed.offset && processed.offset->isOff()) {
+      sensor_reported_ = true;
+      constexpr double kDepth = 2;
+      ROS_INFO(
+          "%s: the depth camera makes a depth of %.0f m %.0f mm too %s, others as the square of the depth: lengths are "
+          "corrected by it (inverse_depth_error of ~stats); calibrate its depth anew to be rid of it",
+          parameters_.name.c_str(), kDepth, 1e3 * kDepth * kDepth * std::abs(processed.offset->mean()),
+          processed.offset->mean() > 0 ? "long" : "short");
+    }
+    if (!processed.rig || !processed.rig->isOff()) return;
+    sensor_reported_ = true;
     const Eigen::Vector4d error = processed.rig->mean();
     ROS_INFO(
         "%s: the calibration of the two cameras leaves %+.1f px of the disparities, and %+.1f px more where x^2 + "
@@ -297,7 +307,7 @@ class MatchFilterRos {
     if (processed.doubt != last_doubt_ && !processed.doubt.empty()) throttle_.warn("doubt", processed.doubt);
     last_doubt_ = processed.doubt;
     reportShutter(*stats);
-    reportRig(processed);
+    reportSensor(processed);
     reportMask(processed);
   }
 
@@ -356,7 +366,7 @@ class MatchFilterRos {
   uint32_t processed_ = 0, passed_over_ = 0, resets_ = 0;
   std::string last_doubt_;
   uint8_t last_shutter_ = Shutter::kUnknown;
-  bool rig_reported_ = false;
+  bool sensor_reported_ = false;
   int pairs_with_mask_ = 0;  ///< in a row
 
   std::mutex subscription_mutex_;

@@ -166,6 +166,10 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
       Eigen::Map<Eigen::Vector4f>(message.disparity_error.data()) = processed.rig->mean().cast<float>();
       Eigen::Map<Eigen::Vector4f>(message.disparity_error_sigma.data()) = processed.rig->deviation().cast<float>();
     }
+    if (processed.offset) {
+      message.inverse_depth_error = static_cast<float>(processed.offset->mean());
+      message.inverse_depth_error_sigma = static_cast<float>(processed.offset->deviation());
+    }
     message.time_match = static_cast<float>(processed.times.match);
     message.time_gms = static_cast<float>(processed.times.gms);
     message.time_ransac = static_cast<float>(processed.times.ransac);

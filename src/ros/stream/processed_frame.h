@@ -91,6 +91,7 @@ struct ProcessedFrame {
   SharedErrors shared = SharedErrors::Zero();
   std::optional<MotionSinceKey> since_key;  ///< with depth; covariance without shared errors, bounded as that of `pose`
   std::optional<LearntRig> rig;             ///< of two cameras
+  std::optional<LearntOffset> offset;       ///< of a depth camera
   bool reference_held = false;              ///< the next image will be compared with this reference again
   /// After a loss the reference is an image from before it. `status` is what it would be without the loss.
   bool recovered = false;

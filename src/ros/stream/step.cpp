@@ -151,7 +151,7 @@ void Step::begin(const Start& start) {
   if (start.continuity != Continuity::kContinuous) because(Why::kNewReference);
   stream.forget();
   const bool other_camera = start.why == Why::kFrameChanged;
-  if (start.continuity == Continuity::kRestarted) stream.rig = LearntRig();
+  if (start.continuity == Continuity::kRestarted) stream.forgetSensor();
   if (start.continuity == Continuity::kRestarted || other_camera) stream.past = Past();
   if (other_camera) stream.place.restart();
   recovery.clear();

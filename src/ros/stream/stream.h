@@ -70,15 +70,20 @@ struct Stream {
   ScalePropagator scale;
   KeyFrame key;  ///< of motions with depth
   LearntRig rig;
-  std::pair<std::shared_ptr<const CameraModel>, std::shared_ptr<const CameraModel>> cameras;  ///< of `rig`
+  LearntOffset offset;
+  std::pair<std::shared_ptr<const CameraModel>, std::shared_ptr<const CameraModel>> cameras;  ///< of `rig` or `offset`
   MotionIntegrator place;
   std::optional<double> stamp;  ///< of the last image, seconds; none: the next is the first
   double copied_seconds = 0;    ///< since the reference, in which copies came: they show that the stream goes on
 
   /// Another calibration has other errors.
   void useCameras(const decltype(cameras)& left_and_right) {
-    if (cameras != left_and_right) rig = LearntRig();
+    if (cameras != left_and_right) forgetSensor();
     cameras = left_and_right;
+  }
+  void forgetSensor() {
+    rig = LearntRig();
+    offset = LearntOffset();
   }
   /// The next pair continues no other. Mask and shutter of the camera stay.
   void breakChain() { past.reference_image = past.current_image = 0; }

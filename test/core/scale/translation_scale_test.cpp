@@ -27,7 +27,7 @@ struct ExactPair {
   MatchResult result;
   std::vector<Eigen::Vector3d> truth;  ///< points in the current frame, multiples of the baseline
 
-  explicit ExactPair(const Eigen::Vector3d& t, double pixel_noise = 0) {
+  explicit ExactPair(const Eigen::Vector3d& t, double pixel_noise = 0, uint64_t seed = 1) {
     RelativePose& pose = result.robust.judgement.pose;
     const Eigen::Vector3d rotation = 0.03 * Eigen::Vector3d(1, 2, -1).normalized();
     pose.R = rotationFromVector(rotation);
@@ -37,6 +37,7 @@ struct ExactPair {
     options.matches = 300;
     options.outlier_ratio = 0;
     options.noise_px = pixel_noise;
+    options.seed = seed;
     options.farthest = 15;
     options.rotation = -rotation;
     options.translation = -pose.R.transpose() * pose.t;
@@ -427,24 +428,86 @@ TEST(LearntRig, HoldsPairsOfFewPoints) {
   EXPECT_LT(held, 0.8 * alone);
 }
 
-TEST(PoseFromDepth, MatchesWithoutDepthTakePart) {
-  ExactPair exact({1, 0.2, 0.1}, 0.5);
-  exact.result.robust.judgement.sigma_px = 0.5;
-  const RelativePose truth = exact.result.robust.judgement.pose;
-  std::vector<float> depth;
-  for (int i = 0; i < 300; ++i) {
-    depth.push_back(exact.current.keypoints[i].pt.x < 160 ? static_cast<float>(exact.truth[i].z()) : 0.f);
-  }
-  const auto error = [&] {
+/// A depth camera that adds so much to every inverse depth, 1/m.
+class WrongDepth {
+ public:
+  explicit WrongDepth(double too_large) : too_large_(too_large) {}
+
+  /// Error of the translation, metres of one.
+  double translationError(LearntOffset* offset = nullptr) {
+    ExactPair exact({0.5, 0.1, 1}, 0.3, ++seed_);
+    exact.result.robust.judgement.sigma_px = 0.3;
+    std::vector<float> depth;
+    for (const Eigen::Vector3d& point : exact.truth) {
+      depth.push_back(static_cast<float>(1 / (1 / point.z() + too_large_ + 0.01 * normal_(random_))));
+    }
     RelativePose pose;
-    const ScaleEstimate scale = poseFromKeypointDepth(
-        {exact.triangulated(), exact.reference, exact.current, exact.result, exact.camera, {}, depth, 0, {}}, pose);
-    EXPECT_GT(scale.features, 20);
-    return rotationVector(pose.R.transpose() * truth.R).norm();
-  };
-  const double with_all = error();
-  exact.keepInliers([&](size_t i) { return depth[i] > 0; });
-  EXPECT_LT(with_all, 0.5 * error());
+    const DepthEstimate estimate = poseFromKeypointDepth(
+        {exact.triangulated(), exact.reference, exact.current, exact.result, exact.camera, {}, depth, 0, {}}, pose,
+        nullptr, offset);
+    EXPECT_GT(estimate.features, 8);
+    EXPECT_TRUE(estimate.by_sensor.leftCols<3>().isZero());  // the rotation of the rows is of the pair alone
+    EXPECT_EQ(estimate.by_sensor.isZero(), offset == nullptr);
+    return (pose.t - exact.result.robust.judgement.pose.t).norm();
+  }
+
+ private:
+  double too_large_;
+  uint64_t seed_ = 0;
+  std::mt19937 random_{6};
+  std::normal_distribution<double> normal_;
+};
+
+TEST(LearntOffset, IsLearntOverPairsAndCorrected) {
+  WrongDepth camera(0.015);
+  LearntOffset offset;
+  EXPECT_FALSE(offset.isOff());
+  for (int pair = 0; pair < 50; ++pair) camera.translationError(&offset);
+  EXPECT_TRUE(offset.isOff());
+  EXPECT_LT(std::abs(offset.mean() + 0.015), 3 * offset.deviation()) << offset.mean();
+  EXPECT_LT(offset.deviation(), 0.001);
+  double alone = 0, learnt = 0;
+  for (int pair = 0; pair < 20; ++pair) {
+    LearntOffset copy = offset;
+    alone += camera.translationError();
+    learnt += camera.translationError(&copy);
+  }
+  EXPECT_LT(learnt, 0.7 * alone);
+}
+
+TEST(LearntOffset, IsNoneWhereThereIsNone) {
+  WrongDepth camera(0);
+  LearntOffset offset;
+  for (int pair = 0; pair < 50; ++pair) camera.translationError(&offset);
+  EXPECT_FALSE(offset.isOff());
+  EXPECT_LT(std::abs(offset.mean()), 3 * offset.deviation()) << offset.mean();
+}
+
+TEST(PoseFromDepth, MatchesWithoutDepthTakePart) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0, 0.01);  // of an inverse depth, 1/m
+  double with_all = 0, with_depth_alone = 0;
+  for (uint64_t seed = 1; seed <= 20; ++seed) {
+    ExactPair exact({1, 0.2, 0.1}, 0.5, seed);
+    exact.result.robust.judgement.sigma_px = 0.5;
+    const RelativePose truth = exact.result.robust.judgement.pose;
+    std::vector<float> depth;
+    for (int i = 0; i < 300; ++i) {
+      const double seen = 1 / (1 / exact.truth[i].z() + noise(random));
+      depth.push_back(exact.current.keypoints[i].pt.x < 160 ? static_cast<float>(seen) : 0.f);
+    }
+    const auto error = [&] {
+      RelativePose pose;
+      const ScaleEstimate scale = poseFromKeypointDepth(
+          {exact.triangulated(), exact.reference, exact.current, exact.result, exact.camera, {}, depth, 0, {}}, pose);
+      EXPECT_GT(scale.features, 20);
+      return rotationVector(pose.R.transpose() * truth.R).norm();
+    };
+    with_all += error();
+    exact.keepInliers([&](size_t i) { return depth[i] > 0; });
+    with_depth_alone += error();
+  }
+  EXPECT_LT(with_all, 0.9 * with_depth_alone);
 }
 
 TEST(PoseFromDepth, TakesNoFewerThanEightInliersThoughBothImagesHaveDepth) {

@@ -546,6 +546,23 @@ TEST(Calibration, DepthThatCannotBeInMetresIsDoubted) {
   EXPECT_EQ(stream.process(renderedFrame(1).image, renderedFrame(1).depth).doubt, "");
 }
 
+/// A depth camera that adds 0.02 / m to every inverse depth.
+TEST(Calibration, WhatItLeavesOfADepthCameraIsLearnt) {
+  constexpr float kWrong = 0.02F;
+  ImageStream stream(ScaleMode::kDepth, renderedScene().intrinsics(), {});
+  ProcessedFrame processed;
+  for (int i = 0; i < 24; ++i) {
+    const cv::Mat wrong = 1 / (1 / renderedFrame(i).depth + kWrong);
+    processed = stream.process(renderedFrame(i).image, wrong);
+  }
+  ASSERT_TRUE(processed.offset);
+  EXPECT_TRUE(processed.offset->isOff());
+  MatchStats message;
+  toMessage(processed, {}, message);
+  EXPECT_LT(message.inverse_depth_error_sigma, 0.003);
+  EXPECT_NEAR(message.inverse_depth_error, -kWrong, 3 * message.inverse_depth_error_sigma);
+}
+
 /// The room through a lens of that focal length, with its camera_info.
 ImageWithInfo roomThrough(double focal_length, const std::vector<double>& distortion, int frame) {
   SceneOptions options;
