@@ -48,22 +48,29 @@ constexpr int kSampling = 4;  ///< pixels between those that the brightness is t
 // more.
 constexpr int kSmallSide = 100, kSmallLength = 400, kEnlargement = 4;
 
-/// The gain that brings a dark image to full range; 1 for any other.
+/// The gain that brings a dark image to full range; 1 for any other, of which a few rows are read.
 double gainOf(const cv::Mat& image) {
   std::array<int, 256> histogram{};
-  int total = 0;
+  const auto sampled = [](int pixels) { return (pixels + kSampling - 1) / kSampling; };
+  const int total = sampled(image.rows) * sampled(image.cols);
+  const double brightest = kBrightest * total;
+  int not_dark = 0;
   for (int y = 0; y < image.rows; y += kSampling) {
     const uint8_t* row = image.ptr(y);
-    for (int x = 0; x < image.cols; x += kSampling, ++total) ++histogram[row[x]];
+    for (int x = 0; x < image.cols; x += kSampling) {
+      ++histogram[row[x]];
+      not_dark += row[x] >= kDark;
+    }
+    if (not_dark > brightest) return 1;
   }
-  const auto levelAbove = [&](double share) {
+  const auto levelAbove = [&](double pixels) {
     int level = 255;
-    for (int count = histogram[255]; level > 0 && count <= share * total; count += histogram[--level]) {
+    for (int count = histogram[255]; level > 0 && count <= pixels; count += histogram[--level]) {
     }
     return level;
   };
-  const int bright = levelAbove(kBrightest);
-  return bright < kDark && bright - levelAbove(0.5) >= kLeastSpread ? 255. / bright : 1;
+  const int bright = levelAbove(brightest);
+  return bright - levelAbove(0.5 * total) >= kLeastSpread ? 255. / bright : 1;
 }
 
 /// Abscissa of the extremum of the parabola through (-1, before), (0, at), (1, after), less than half a pixel.
