@@ -84,7 +84,8 @@ def columns(pairs, rows):
 
 def predict(parameters, table):
     offsets, slopes = numpy.split(parameters, 2)
-    return numpy.exp(-numpy.nansum(numpy.logaddexp(0, -(offsets + slopes * table)), axis=1))
+    losses = numpy.logaddexp(0, -(offsets + slopes * numpy.nan_to_num(table)))
+    return numpy.exp(-numpy.where(numpy.isnan(table), 0, losses).sum(axis=1))
 
 
 def fit(table, right, weights):
