@@ -34,7 +34,7 @@ void writeImuFile(const std::vector<ImuSample>& samples, const fs::path& path) {
   for (const ImuSample& sample : samples) {
     file << std::llround(sample.time * 1e9);
     for (const Eigen::Vector3d& vector : {sample.angular_velocity, sample.specific_force})
-      for (const double value : vector) file << ',' << value;
+      file << ',' << vector.x() << ',' << vector.y() << ',' << vector.z();
     file << '\n';
   }
 }
