@@ -82,26 +82,33 @@ def columns(pairs, rows):
     return table
 
 
-def predict(parameters, table):
+def log_odds(parameters, table):
+    """Infinite where there is no evidence: its factor is 1."""
     offsets, slopes = numpy.split(parameters, 2)
-    losses = numpy.logaddexp(0, -(offsets + slopes * numpy.nan_to_num(table)))
-    return numpy.exp(-numpy.where(numpy.isnan(table), 0, losses).sum(axis=1))
+    return numpy.where(numpy.isnan(table), numpy.inf, offsets + slopes * numpy.nan_to_num(table))
+
+
+def log_probability(odds):
+    return -numpy.logaddexp(0, -odds).sum(axis=1)
+
+
+def predict(parameters, table):
+    return numpy.exp(log_probability(log_odds(parameters, table)))
 
 
 def fit(table, right, weights):
-    missing, n = numpy.isnan(table), table.shape[1]
-    steps = numpy.where(missing, 0, table)
+    steps, n = numpy.nan_to_num(table), table.shape[1]
     weights = weights / weights.sum()
 
     def loss(parameters):
         offsets, slopes = numpy.split(parameters, 2)
-        odds = offsets + slopes * steps
-        log_p = -numpy.where(missing, 0, numpy.logaddexp(0, -odds)).sum(axis=1)
+        odds = log_odds(parameters, table)
+        log_p = log_probability(odds)
         p = numpy.minimum(numpy.exp(log_p), 1 - 1e-9)
         value = -(weights * numpy.where(right, log_p, numpy.log1p(-p))).sum()
         value += PRIOR * (((slopes - PRIOR_SLOPE) ** 2).sum() + ((offsets - PRIOR_OFFSET) ** 2).sum() / 4)
         outer = -weights * numpy.where(right, 1, -p / (1 - p))
-        inner = numpy.where(missing, 0, 1 / (1 + numpy.exp(odds)))
+        inner = 1 / (1 + numpy.exp(odds))
         of_offsets = (outer[:, None] * inner).sum(axis=0) + PRIOR * (offsets - PRIOR_OFFSET) / 2
         of_slopes = (outer[:, None] * inner * steps).sum(axis=0) + 2 * PRIOR * (slopes - PRIOR_SLOPE)
         return value, numpy.concatenate([of_offsets, of_slopes])

@@ -48,7 +48,7 @@ constexpr int kSampling = 4;  ///< pixels between those that the brightness is t
 // more.
 constexpr int kSmallSide = 100, kSmallLength = 400, kEnlargement = 4;
 
-/// The gain that brings a dark image to full range; 1 for any other, of which a few rows are read.
+/// The gain that brings a dark image to full range; 1 for any other, which its first rows tell.
 double gainOf(const cv::Mat& image) {
   std::array<int, 256> histogram{};
   const auto sampled = [](int pixels) { return (pixels + kSampling - 1) / kSampling; };

@@ -123,7 +123,7 @@ struct QuarterPattern {
   static constexpr int kPoints = 176;  ///< 174, and the centre as padding to whole vectors
   static constexpr int kTurns = 4;
   alignas(64) float x[kPoints] = {}, y[kPoints] = {};
-  uint16_t slot[2][kOrbTests] = {};  ///< of each end of a test: turns * kPoints + point
+  uint16_t slot[2][kOrbTests] = {};  ///< of each end of a test: its rotation * kPoints + its point
 
   constexpr QuarterPattern() {
     int points = 0;

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 /// Pixels by which a rotation must move points to need another estimate.
 constexpr double kLeastMoved = 0.1;
-/// Standard deviations above zero from which on a learnt readout is corrected for; the next pairs show what is left.
+/// Standard deviations above zero from which on a learnt readout is corrected for; the next pairs show the rest.
 constexpr double kKnown = 2;
 /// Share of a rotation's published variance that other pairs do not have, too.
 constexpr double kOfThePair = 0.3;

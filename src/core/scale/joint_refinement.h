@@ -36,12 +36,12 @@ struct JointPoint {
 struct JointMotion {
   RelativePose pose;  ///< of the middle rows
   bool two_cameras;
-  /// What calibration leaves of the inverse depths, to be added to each measured one. Two cameras: 1/m, and its growth
-  /// with x (focal lengths that differ), y (a camera rolled against the other) and x^2 + y^2 (yawed against it, or
-  /// undistorted around a wrong centre). A depth camera: the last is in 1/m; a factor would be one of the translation.
-  /// Its first three are a rotation vector, current minus reference, from the top row to the bottom. If the rotation
-  /// during the readout of a rolling shutter differs between the images, the difference grows with the row; without it
-  /// in the model it would be taken for translation.
+  /// Errors of the inverse depths that calibration leaves, to be added to each measured one. Two cameras: 1/m, and its
+  /// growth with x (focal lengths that differ), y (a camera rolled against the other) and x^2 + y^2 (yawed against it,
+  /// or undistorted around a wrong centre). A depth camera: the last is in 1/m; a factor would be one of the
+  /// translation. Its first three are a rotation vector, current minus reference, from the top row to the bottom. If
+  /// the rotation during the readout of a rolling shutter differs between the images, the difference grows with the
+  /// row; without it in the model it would be taken for translation.
   Eigen::Vector4d sensor = Eigen::Vector4d::Zero();
 };
 

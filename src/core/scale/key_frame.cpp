@@ -45,16 +45,15 @@ std::optional<SensorEvidence> KeyFrame::locate(const DepthPair& pair, const Pair
   std::optional<JointEstimate> direct;
   if (count >= std::max(kLeastStillSeen, share * static_cast<double>(points.size())))
     direct = refineJointly(still_seen, {chain, pair.baseline > 0}, prior, true);
-  std::optional<SensorEvidence> told;
   if (!direct) {
-    told = sensor;
-    begin(pair, of_pair, motion.pose);
-  } else {
-    current = fused(chain, direct->pose);
-    is_reference = false;
+    std::optional<SensorEvidence> told = sensor;
+    begin(pair, of_pair, motion);
+    return told;
   }
-  sensor = (direct ? *direct : motion).sensor;
-  return told;
+  current = fused(chain, direct->pose);
+  sensor = direct->sensor;
+  is_reference = false;
+  return std::nullopt;
 }
 
 std::vector<JointPoint> KeyFrame::stillSeen(const DepthPair& pair, const PairReader& reader, const PairPoints& of_pair,
@@ -81,9 +80,10 @@ std::vector<JointPoint> KeyFrame::stillSeen(const DepthPair& pair, const PairRea
   return still_seen;
 }
 
-void KeyFrame::begin(const DepthPair& pair, const PairPoints& of_pair, const RelativePose& pose) {
+void KeyFrame::begin(const DepthPair& pair, const PairPoints& of_pair, const JointEstimate& motion) {
   *this = KeyFrame();
-  current = pose;
+  current = motion.pose;
+  sensor = motion.sensor;
   if (pair.hasPixels()) image = pair.reference_image.clone();
   for (size_t i = 0; i < of_pair.joint.size(); ++i) {
     const Sighting& sighting = of_pair.sightings[i];

@@ -40,7 +40,7 @@ struct KeyFrame {
  private:
   std::vector<JointPoint> stillSeen(const DepthPair& pair, const PairReader& reader, const PairPoints& of_pair,
                                     const RelativePose& chain);
-  void begin(const DepthPair& pair, const PairPoints& of_pair, const RelativePose& pose);
+  void begin(const DepthPair& pair, const PairPoints& of_pair, const JointEstimate& motion);
 };
 
 }  // namespace gms_ransac

@@ -21,7 +21,7 @@ using One = Eigen::Matrix<double, 1, 1>;
 const double kSigma[4] = {1, 0.3, 0.1, 1};
 constexpr double kSurely = 4, kMatters = 0.3;  ///< standard deviations, and pixels
 
-// Of a depth camera, 1/m: a fifth of a pixel of a Kinect's disparity.
+// The same of a depth camera, 1/m: a fifth of a pixel of a Kinect's disparity.
 constexpr double kOffsetSigma = 0.005, kOffsetMatters = 0.003;
 // Prior standard deviation of the row rotation, radians: half a degree to one degree on a hand-held Kinect.
 constexpr double kRowRotationSigma = 3.14159265358979323846 / 180;

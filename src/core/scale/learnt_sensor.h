@@ -1,4 +1,4 @@
-// What calibration has left in the inverse depths of a sensor, learnt over a stream.
+// Errors of the inverse depths of a sensor that its calibration has left, learnt over a stream.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +16,7 @@ class LearntSensor {
   virtual void add(const SensorEvidence& pair, double pixel) = 0;
 };
 
-/// Of two cameras: pixels to be added to a disparity, and their growth with x = 1, y = 1 and x^2 + y^2 = 1.
+/// Two cameras: pixels to be added to a disparity, and their growth with x = 1, y = 1 and x^2 + y^2 = 1.
 class LearntRig : public LearntSensor {
  public:
   SensorPrior prior(double pixel) const override;
@@ -31,7 +31,7 @@ class LearntRig : public LearntSensor {
   StreamConstant<4> constant_{10, 0.98};
 };
 
-/// Of a depth camera: 1/m to be added to an inverse depth.
+/// A depth camera: 1/m to be added to an inverse depth.
 class LearntOffset : public LearntSensor {
  public:
   SensorPrior prior(double pixel) const override;

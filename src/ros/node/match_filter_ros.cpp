@@ -1,6 +1,7 @@
 #include "node/match_filter_ros.h"
 
 #include <atomic>
+#include <cmath>
 #include <exception>
 #include <mutex>
 #include <stdexcept>
@@ -254,17 +255,18 @@ class MatchFilterRos {
   /// Logs once what the calibration of two cameras or of a depth camera has left, if it matters.
   void reportSensor(const ProcessedFrame& processed) {
     if (sensor_reported_) return;
-    if (processed.offset && processed.offset->isOff()) {
-      sensor_reported_ = true;
+    const bool depth_is_off = processed.offset && processed.offset->isOff();
+    sensor_reported_ = depth_is_off || (processed.rig && processed.rig->isOff());
+    if (!sensor_reported_) return;
+    if (depth_is_off) {
       constexpr double kDepth = 2;
+      const double error = processed.offset->mean();
       ROS_INFO(
           "%s: the depth camera makes a depth of %.0f m %.0f mm too %s, others as the square of the depth: lengths are "
           "corrected by it (inverse_depth_error of ~stats); calibrate its depth anew to be rid of it",
-          parameters_.name.c_str(), kDepth, 1e3 * kDepth * kDepth * std::abs(processed.offset->mean()),
-          processed.offset->mean() > 0 ? "long" : "short");
+          parameters_.name.c_str(), kDepth, 1e3 * kDepth * kDepth * std::abs(error), error > 0 ? "long" : "short");
+      return;
     }
-    if (!processed.rig || !processed.rig->isOff()) return;
-    sensor_reported_ = true;
     const Eigen::Vector4d error = processed.rig->mean();
     ROS_INFO(
         "%s: the calibration of the two cameras leaves %+.1f px of the disparities, and %+.1f px more where x^2 + "

@@ -43,14 +43,15 @@ void measureBySensor(const MotionPriors& priors, ProcessedFrame& answer) {
 void measureByDepth(bool stereo, Stream& stream, ProcessedFrame& answer) {
   const PreparedFrame &reference = *answer.pair->reference, &current = *answer.current;
   const std::optional<StereoRig>& rig = current.stereo.rig ? current.stereo.rig : reference.stereo.rig;
-  if (rig || !stereo) stream.useCameras({current.image.camera, current.stereo.right_camera});
   DepthEstimate scale;
-  if (!stereo || rig)
+  if (rig || !stereo) {
+    stream.useCameras({current.image.camera, current.stereo.right_camera});
     scale = poseFromKeypointDepth(
         {answer.pair->points, reference.frame.features, current.frame.features, answer.pair->result,
          current.image.camera->camera, reference.stereo.depth, current.stereo.depth, rig ? rig->baseline : 0,
          answer.pair->track_ids, reference.image.grey, current.image.grey},
         answer.pose, &stream.key, stereo ? static_cast<LearntSensor*>(&stream.rig) : &stream.offset);
+  }
   answer.shared.rightCols<kSensorErrors>() = scale.by_sensor;
   if (rig) answer.rig = stream.rig;
   if (!stereo) answer.offset = stream.offset;

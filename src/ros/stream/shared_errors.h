@@ -8,7 +8,8 @@
 namespace gms_ransac {
 
 /// One standard deviation of each independent error, a column each: its covariance is the matrix times its transpose.
-/// Rows as in RelativePose::covariance; the last columns are those of two cameras (DepthEstimate::by_sensor).
+/// Rows as in RelativePose::covariance; the last columns are those of two cameras or of a depth camera
+/// (DepthEstimate::by_sensor).
 constexpr int kSensorErrors = 4;
 using SharedErrors = Eigen::Matrix<double, 6, 16 + kSensorErrors>;
 
