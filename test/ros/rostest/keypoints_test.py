@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import unittest
 
 import numpy as np
@@ -85,6 +86,8 @@ class OwnKeypoints(unittest.TestCase):
         self.assertEqual(answer.status, MatchStats.FIRST_FRAME)
         self.assertIn("the descriptors changed from 32 bytes to 128 floats", answer.status_text)
 
+    @unittest.skipIf("isAlive" in rospy.core.signal_shutdown.__code__.co_names and not hasattr(threading.Thread, "isAlive"),
+                     "no node of this rospy ends cleanly: it calls Thread.isAlive, which this Python does not have")
     def test_the_example_ends_at_ctrl_c_while_it_detects(self):
         images, published = rospy.Publisher("ended/image", Image, queue_size=10), []
         subscriber = rospy.Subscriber("ended/keypoints", Keypoints, published.append, queue_size=10)
