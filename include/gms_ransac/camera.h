@@ -47,7 +47,7 @@ class Camera {
   cv::Point2f undistort(const cv::Point2f& pixel) const;
   /// Pixel of that pinhole camera -> pixel of the received image; NaN where `undistort` does not lead back.
   cv::Point2f distort(const cv::Point2f& ideal) const;
-  /// Pixels for which `undistort` has no answer: the calibration does not hold for the whole image.
+  /// About how many pixels `undistort` has no answer for: the calibration does not hold for the whole image.
   int pixelsWithoutInverse() const { return pixels_without_inverse_; }
   bool operator==(const Camera& other) const;
   bool operator!=(const Camera& other) const { return !(*this == other); }

@@ -147,5 +147,26 @@ TEST(SurvivorSelector, LeavesOutMatchesWhoseRayTheCalibrationDoesNotSay) {
                                                        MatchStage::kRaw, MatchStage::kRaw, MatchStage::kRaw}));
 }
 
+TEST(SurvivorSelector, LeavesOutThePointInACornerThatAloneHasNoRay) {
+  // Grows up to 399.5 px from the centre: the pixel (0, 0) is 400 px from it, and not among those that are counted.
+  const Camera lens({600, 600, 320, 240, "plumb_bob", {-0.33417, 0, 0, 0, 0}}, {640, 480});
+  ASSERT_EQ(lens.pixelsWithoutInverse(), 0);
+  Features reference, current;
+  MatchResult result;
+  for (int i = 0; i < 2; ++i) {
+    const auto pixel = static_cast<float>(i);
+    reference.keypoints.emplace_back(pixel, pixel, 31.f);
+    current.keypoints.emplace_back(320.f, 240.f, 31.f);
+    result.raw.push_back({i, i, 10, 60});
+  }
+  reference.image_size = current.image_size = {640, 480};
+  MotionStatistics statistics;
+  statistics.accepted.assign(2, 1);
+  statistics.score.assign(2, 1);
+  statistics.relative_score.assign(2, 1.f);
+  SurvivorSelector(false, false).select(reference, current, statistics, lens, result);
+  EXPECT_EQ(stagesOf(result), (std::vector<MatchStage>{MatchStage::kRaw, MatchStage::kGms}));
+}
+
 }  // namespace
 }  // namespace gms_ransac

@@ -19,7 +19,7 @@ constexpr double kTolerance = 0.005;
 // Round-trip error, pixels, above which the model has no inverse.
 constexpr double kThereAndBack = 0.1;  // pixels
 // Pixels that are looked at for one without inverse; of larger images every second, third, ... up to every eighth.
-constexpr double kMostCounted = 640 * 480;
+constexpr double kMostCounted = 320 * 240;
 
 // Pixels, as for ~camera in cfg/parameters.py. Single precision can hold these.
 constexpr double kSmallestFocalLength = 1e-3, kLargest = 1e6;
@@ -128,7 +128,7 @@ bool Camera::roundTripHolds(int r, int c) const {
 }
 
 int Camera::countPixelsWithoutInverse() const {
-  // Each takes microseconds if the calibration describes no lens, and every camera_info repeats them.
+  // Each takes microseconds if the calibration describes no lens, and a camera that zooms repeats them with each image.
   const double pixels = static_cast<double>(image_size_.width) * image_size_.height;
   const int step = std::clamp(static_cast<int>(std::ceil(std::sqrt(pixels / kMostCounted))), 1, kTableStep);
   int64_t count = 0;

@@ -111,7 +111,7 @@ std::string missingRays(const Camera& camera) {
   const int missing = camera.pixelsWithoutInverse();
   if (missing == 0) return std::string();
   std::ostringstream text;
-  text << "the distortion coefficients define no ray for " << missing << " pixels ("
+  text << "the distortion coefficients define no ray for about " << missing << " pixels ("
        << std::lround(100.0 * missing / camera.imageSize().area())
        << " %), whose matches are not used; calibrate with views that reach the corners";
   return text.str();
