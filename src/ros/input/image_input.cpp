@@ -259,7 +259,6 @@ std::string ImageInput::waitingFor(const Topics& published) {
   std::lock_guard<std::mutex> lock(mutex_);
   const int images = std::exchange(images_, 0), infos = std::exchange(infos_, 0);
   const bool matched = std::exchange(matched_, waiting_.matched()) != waiting_.matched();
-  if (!started_ || matched) return std::string();
   const std::vector<InputTopic> inputs = this->inputs();
   const auto subscribed = [&](size_t stream) {
     const std::string& transport = streams_[stream].transport;
@@ -270,6 +269,8 @@ std::string ImageInput::waitingFor(const Topics& published) {
     const bool connected = stream < image_subscribers_.size() && image_subscribers_[stream].getNumPublishers() > 0;
     return connected || published.count(subscribed(stream)) > 0;
   };
+  const bool was_published = std::exchange(is_published_, isPublished(0));
+  if (!started_ || matched) return std::string();
   const auto nobodyPublishes = [&](size_t stream) {
     if (parameters_.input == InputKind::kKeypoints) {
       return "nobody publishes " + subscribed(stream) +
@@ -280,7 +281,9 @@ std::string ImageInput::waitingFor(const Topics& published) {
            streams_[stream].name + "' to its topic: " + imagesElsewhere(published, streams_[stream].name, inputs);
   };
   if (images == 0) {
-    if (!isPublished(0)) return nobodyPublishes(0);
+    if (!is_published_) return nobodyPublishes(0);
+    // A publisher that has just come may not have sent any yet.
+    if (!was_published) return std::string();
     return "no image arrives on " + subscribed(0) + ", although it has a publisher; check it with rostopic hz";
   }
   std::ostringstream text;

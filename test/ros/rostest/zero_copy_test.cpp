@@ -91,6 +91,18 @@ TEST(ImageInput, SaysWhatDoesNotArrive) {
   }
 }
 
+TEST(ImageInput, LeavesAPublisherThatHasJustComeTimeToSend) {
+  ros::NodeHandle nh("/late");
+  ImageInput input(
+      nh, nh, Parameters(), [](const ImageWithInfo&) {}, nullptr);
+  input.start();
+  EXPECT_NE(input.waitingFor({}).find("nobody publishes /late/image"), std::string::npos);
+  const Topics published = {{"/late/image", "sensor_msgs/Image"}};
+  EXPECT_EQ(input.waitingFor(published), "");
+  EXPECT_NE(input.waitingFor(published).find("no image arrives on /late/image"), std::string::npos);
+  input.stop();
+}
+
 /// Counts the images that OpenCV allocates.
 struct CountingAllocator : cv::MatAllocator {
   cv::UMatData* allocate(int dimensions, const int* sizes, int type, void* data, size_t* step, cv::AccessFlag flags,
