@@ -49,6 +49,8 @@ class Camera {
   cv::Point2f distort(const cv::Point2f& ideal) const;
   /// About how many pixels `undistort` has no answer for: the calibration does not hold for the whole image.
   int pixelsWithoutInverse() const { return pixels_without_inverse_; }
+  /// False: `undistort` has an answer for every pixel of the image.
+  bool mayLackInverse() const { return may_lack_inverse_; }
   bool operator==(const Camera& other) const;
   bool operator!=(const Camera& other) const { return !(*this == other); }
 
@@ -67,6 +69,7 @@ class Camera {
   cv::Mat_<cv::Vec2f> offset_;                    ///< undistorted minus received pixel, sampled every kTableStep pixels
   cv::Mat_<uint8_t> interpolates_;                ///< of each cell of that table: it may be interpolated in
   int pixels_without_inverse_ = 0;
+  bool may_lack_inverse_ = false;  ///< some cells may not be interpolated in
 };
 
 /// (x, y) of the ray (x, y, 1) of a received pixel of a calibrated camera; NaN where `undistort` has none.

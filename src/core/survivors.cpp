@@ -9,7 +9,7 @@ namespace gms_ransac {
 namespace {
 
 bool hasRays(const Features& reference, const Features& current, const Match& match, const Camera& camera) {
-  if (!camera.distorts()) return true;
+  if (!camera.mayLackInverse()) return true;
   const cv::Point2f p = camera.undistort(reference.keypoints[match.reference].pt);
   const cv::Point2f q = camera.undistort(current.keypoints[match.current].pt);
   return !std::isnan(p.x) && !std::isnan(q.x);

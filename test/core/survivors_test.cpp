@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -127,45 +128,46 @@ TEST_P(OneToOne, LeavesAllAsThePapersDoWhenOff) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, OneToOne, testing::Values("ransac", "gms", "lan", "cp_ransac", "lo_prosac"));
 
-TEST(SurvivorSelector, LeavesOutMatchesWhoseRayTheCalibrationDoesNotSay) {
-  const Camera folding({250, 250, 320, 240, "plumb_bob", {-0.4, 0, 0, 0, 0}}, {640, 480});  // grows up to 152 px
-  const int kFrom[] = {0, 100, 150, 155, 300, 0}, kTo[] = {149, 0, 0, 0, 0, 160};           // px from the centre
+/// Stages of matches between these pixels, all accepted by the filter.
+std::vector<MatchStage> stagesThrough(const Camera& camera,
+                                      const std::vector<std::pair<cv::Point2f, cv::Point2f>>& pixels) {
   Features reference, current;
   MatchResult result;
-  for (int i = 0; i < 6; ++i) {
-    reference.keypoints.emplace_back(320.f + static_cast<float>(kFrom[i]), 240.f, 31.f);
-    current.keypoints.emplace_back(320.f, 240.f - static_cast<float>(kTo[i]), 31.f);
-    result.raw.push_back({i, i, 10, 60});
+  for (const auto& [from, to] : pixels) {
+    const auto index = static_cast<int>(result.raw.size());
+    reference.keypoints.emplace_back(from, 31.f);
+    current.keypoints.emplace_back(to, 31.f);
+    result.raw.push_back({index, index, 10, 60});
   }
-  reference.image_size = current.image_size = {640, 480};
+  reference.image_size = current.image_size = camera.imageSize();
   MotionStatistics statistics;
-  statistics.accepted.assign(6, 1);
-  statistics.score.assign(6, 1);
-  statistics.relative_score.assign(6, 1.f);
-  SurvivorSelector(false, false).select(reference, current, statistics, folding, result);
-  EXPECT_EQ(stagesOf(result), (std::vector<MatchStage>{MatchStage::kGms, MatchStage::kGms, MatchStage::kGms,
-                                                       MatchStage::kRaw, MatchStage::kRaw, MatchStage::kRaw}));
+  statistics.accepted.assign(pixels.size(), 1);
+  statistics.score.assign(pixels.size(), 1);
+  statistics.relative_score.assign(pixels.size(), 1.f);
+  SurvivorSelector(false, false).select(reference, current, statistics, camera, result);
+  return stagesOf(result);
+}
+
+TEST(SurvivorSelector, LeavesOutMatchesWhoseRayTheCalibrationDoesNotSay) {
+  const Camera folding({250, 250, 320, 240, "plumb_bob", {-0.4, 0, 0, 0, 0}}, {640, 480});  // grows up to 152 px
+  const auto right = [](float px) { return cv::Point2f(320 + px, 240); };
+  const auto above = [](float px) { return cv::Point2f(320, 240 - px); };
+  EXPECT_EQ(stagesThrough(folding, {{right(0), above(149)},
+                                    {right(100), above(0)},
+                                    {right(150), above(0)},
+                                    {right(155), above(0)},
+                                    {right(300), above(0)},
+                                    {right(0), above(160)}}),
+            (std::vector<MatchStage>{MatchStage::kGms, MatchStage::kGms, MatchStage::kGms, MatchStage::kRaw,
+                                     MatchStage::kRaw, MatchStage::kRaw}));
 }
 
 TEST(SurvivorSelector, LeavesOutThePointInACornerThatAloneHasNoRay) {
   // Grows up to 399.5 px from the centre: the pixel (0, 0) is 400 px from it, and not among those that are counted.
   const Camera lens({600, 600, 320, 240, "plumb_bob", {-0.33417, 0, 0, 0, 0}}, {640, 480});
   ASSERT_EQ(lens.pixelsWithoutInverse(), 0);
-  Features reference, current;
-  MatchResult result;
-  for (int i = 0; i < 2; ++i) {
-    const auto pixel = static_cast<float>(i);
-    reference.keypoints.emplace_back(pixel, pixel, 31.f);
-    current.keypoints.emplace_back(320.f, 240.f, 31.f);
-    result.raw.push_back({i, i, 10, 60});
-  }
-  reference.image_size = current.image_size = {640, 480};
-  MotionStatistics statistics;
-  statistics.accepted.assign(2, 1);
-  statistics.score.assign(2, 1);
-  statistics.relative_score.assign(2, 1.f);
-  SurvivorSelector(false, false).select(reference, current, statistics, lens, result);
-  EXPECT_EQ(stagesOf(result), (std::vector<MatchStage>{MatchStage::kRaw, MatchStage::kGms}));
+  EXPECT_EQ(stagesThrough(lens, {{{0, 0}, {320, 240}}, {{1, 1}, {320, 240}}}),
+            (std::vector<MatchStage>{MatchStage::kRaw, MatchStage::kGms}));
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include <opencv2/core.hpp>
+
 #include "camera/distortion.h"
 
 namespace gms_ransac {
@@ -98,7 +100,8 @@ Camera::Camera(const CameraIntrinsics& intrinsics, cv::Size image_size)
   if (!calibrated() || !hasDistortion(intrinsics_)) return;
   distortion_ = std::make_shared<Distortion>(intrinsics_);
   buildTable();
-  pixels_without_inverse_ = countPixelsWithoutInverse();
+  may_lack_inverse_ = cv::countNonZero(interpolates_) < static_cast<int>(interpolates_.total());
+  if (may_lack_inverse_) pixels_without_inverse_ = countPixelsWithoutInverse();
 }
 
 void Camera::buildTable() {

@@ -259,7 +259,6 @@ std::string ImageInput::waitingFor(const Topics& published) {
   std::lock_guard<std::mutex> lock(mutex_);
   const int images = std::exchange(images_, 0), infos = std::exchange(infos_, 0);
   const bool matched = std::exchange(matched_, waiting_.matched()) != waiting_.matched();
-  const std::vector<InputTopic> inputs = this->inputs();
   const auto subscribed = [&](size_t stream) {
     const std::string& transport = streams_[stream].transport;
     return topic(stream) + (transport == "raw" ? "" : "/" + transport);
@@ -278,7 +277,7 @@ std::string ImageInput::waitingFor(const Topics& published) {
              "topic";
     }
     return "nobody publishes " + subscribed(stream) + "; start the camera or the bag, or remap '" +
-           streams_[stream].name + "' to its topic: " + imagesElsewhere(published, streams_[stream].name, inputs);
+           streams_[stream].name + "' to its topic: " + imagesElsewhere(published, streams_[stream].name, inputs());
   };
   if (images == 0) {
     if (!is_published_) return nobodyPublishes(0);

@@ -95,7 +95,7 @@ class ImageInput {
   bool looking_ = false;        ///< look_timer_ runs
   int images_ = 0, infos_ = 0;  ///< since the last call of waitingFor
   int matched_ = 0;             ///< as WaitingImages::matched() was then
-  bool is_published_ = false;   ///< the first stream, then
+  bool is_published_ = false;   ///< the first stream had a publisher then
   ros::Time last_image_stamp_, last_info_stamp_;
 };
 
