@@ -19,6 +19,9 @@ enum class StampVerdict {
   kClockReset    ///< the node's clock itself went back (simulated time restarted): forget everything
 };
 
+/// The stamps begin anew: what was learnt from those before does not hold.
+inline bool restarts(StampVerdict verdict) { return verdict > StampVerdict::kSteppedBack; }
+
 class StampWatch {
  public:
   /// `stamp`: of the image; `now`: the node's clock when it arrived; `max_gap`; all in seconds. An image that is to be

@@ -80,7 +80,8 @@ Prepared FrameProcessor::prepare(Received received, bool right_keypoints) {
 LearnedMask FrameProcessor::maskOf(const ReceivedImage& image) {
   std::lock_guard<std::mutex> lock(mutex_);
   const size_t index = prepared_++;
-  if (image.reset != Reset::kNone || image.header.frame_id != frame_id_) first_of_camera_ = index;
+  const bool begins = image.reset != Reset::kNone || restarts(image.stamp_verdict);
+  if (begins || image.header.frame_id != frame_id_) first_of_camera_ = index;
   frame_id_ = image.header.frame_id;
   return index < first_of_camera_ + kMaskDelay ? LearnedMask() : masks_[(index - kMaskDelay) % masks_.size()];
 }

@@ -42,7 +42,7 @@ class FrameProcessor {
 
  private:
   /// Called once for each image that is prepared: the mask after the image `kMaskDelay` before it, which is
-  /// answered by then in any order of the threads. Nothing after a reset or another camera.
+  /// answered by then in any order of the threads. Nothing after a reset, stamps that restart or another camera.
   LearnedMask maskOf(const ReceivedImage& image);
 
   static constexpr size_t kMaskDelay = 3;
@@ -62,7 +62,7 @@ class FrameProcessor {
   Reset reset_requested_ = Reset::kNone;
   std::array<LearnedMask, kMaskDelay + 1> masks_;  ///< after the last images that were answered
   size_t prepared_ = 0, answered_ = 0;             ///< images
-  size_t first_of_camera_ = 0;                     ///< image since which no reset was asked for
+  size_t first_of_camera_ = 0;                     ///< image since which nothing began anew
   std::string frame_id_;                           ///< of the camera
 };
 

@@ -95,7 +95,7 @@ std::string FramePreparation::checkOrder(Received& received, bool resets, double
                      : "the stamp is " + secondsText(late) + " older than that of the image before it: out of order";
   }
   // A loop may begin as it ended.
-  const bool begins = resets || image.stamp_verdict > StampVerdict::kSteppedBack;
+  const bool begins = resets || restarts(image.stamp_verdict);
   const ImageWithInfo& input = image.input;
   std::string problem;
   if (!begins && input.keypoints) problem = copyProblem(keypoints_before_, input.keypoints);

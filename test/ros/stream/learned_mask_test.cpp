@@ -100,5 +100,18 @@ TEST(LearnedMask, OutlivesALossAndNoResetAndNoOtherCamera) {
   for (int n = 12; n < 14; ++n) EXPECT_TRUE(maskOf(other.ask(input(image(n, "other")))).empty());
 }
 
+TEST(LearnedMask, RestrictsNoImageAfterStampsThatRestart) {
+  Processor processor(calibrated());
+  for (int n = 0; n < 12; ++n) processor.ask(input(image(n)));
+  MatchFilter filter{MatchFilterOptions()};
+  for (int n = -200; n < -197; ++n) {  // a bag that is played again
+    const ProcessedFrame answer = processor.ask(input(image(n)));
+    EXPECT_EQ(answer.status == MatchStats::TIME_RESET, n == -200);
+    Frame whole;
+    filter.extract(cv_bridge::toCvShare(image(n))->image, whole);
+    EXPECT_EQ(pointsOf(answer.current->frame.features), pointsOf(whole.features)) << n;
+  }
+}
+
 }  // namespace
 }  // namespace gms_ransac
