@@ -24,7 +24,9 @@ from processes import pid_of, resident_mb
 from tcpros import RawPublisher, RawSubscriber, serialized
 
 RECONFIGURATIONS = 1000 if FULL else 100
-LONE = 300  # depth images without an image
+LONE = 300  # depth images without an image: 370 MB
+# Ten of them wait at the subscription and ten for their image.
+LONE_MB = 60
 # Images that nobody reads wait at the publisher, ten an output; far less than these would take. A sanitized build, which
 # uses memory otherwise and is slow, has fewer.
 UNREAD, UNREAD_MB = 100 if PATIENCE == 1 else 20, 30
@@ -43,7 +45,8 @@ class Faults(unittest.TestCase):
         cls.listener = rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: cls.reports.extend(
             (each.name, each.message) for each in m.status))
         cls.said = said_by()
-        cls.frames = walk(4)
+        # Without the first image of the walk: the pair that begins with it is refused with one noise of ten.
+        cls.frames = walk(5)[1:]
         cls.stamp = 100.0
 
     def setUp(self):
@@ -164,10 +167,10 @@ class Faults(unittest.TestCase):
             answer = self.deep.ask(self.frames[i], stamp)
             self.assertEqual(answer.status, MatchStats.OK if i else MatchStats.TIME_RESET, answer.status_text)
             self.assertEqual("no length: no depth image" in answer.status_text, i > 0, answer.status_text)
-        self.assertLess(resident_mb(pid) - before, UNREAD_MB)
+        self.assertLess(resident_mb(pid) - before, LONE_MB)
         for i in range(2):
             stamp = self.next_stamp()
-            self.depth.publish(image_message(scene.depth(STEP * i), stamp, encoding="32FC1"))
+            self.depth.publish(image_message(scene.depth(STEP * (1 + i)), stamp, encoding="32FC1"))
             answer = self.deep.ask(self.frames[i], stamp)
         self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
         pair = self.deep.correspondence(stamp)
