@@ -26,7 +26,7 @@ from tcpros import RawPublisher, RawSubscriber, serialized
 RECONFIGURATIONS = 1000 if FULL else 100
 LONE = 300  # depth images without an image: 370 MB
 # Ten of them wait at the subscription and ten for their image.
-LONE_MB = 60
+LONE_MB = 40
 # Images that nobody reads wait at the publisher, ten an output; far less than these would take. A sanitized build, which
 # uses memory otherwise and is slow, has fewer.
 UNREAD, UNREAD_MB = 100 if PATIENCE == 1 else 20, 30
