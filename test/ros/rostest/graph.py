@@ -143,7 +143,7 @@ class Client:
     def __init__(self, name="match_filter", image="image", info="camera_info", listen=True, camera=True):
         self.changed = threading.Condition()
         self.stats, self.correspondences = [], []
-        self.last, self.random = None, np.random.RandomState(1)
+        self.last, self.copies = None, 0
         self.image = rospy.Publisher(image, Image, queue_size=200)
         self.info = rospy.Publisher(info, CameraInfo, queue_size=200) if camera else None
         self.subscribers = []
@@ -179,13 +179,14 @@ class Client:
 
     def send(self, pixels, stamp, encoding="mono8", frame="camera", info=None):
         """Sends one image, with camera_info first where there is one. An image that is the one before gets the noise of a
-        sensor: a copy would be refused."""
+        sensor: a copy would be refused. The noise follows from how often the image was sent in a row, so that every run sends
+        the same pixels."""
         if self.info:
             self.info.publish(info or camera_info(stamp, frame))
         again = self.last is not None and np.array_equal(self.last, pixels) and pixels.dtype == np.uint8
-        self.last = pixels
+        self.last, self.copies = pixels, self.copies + 1 if again else 0
         if again:
-            noise = self.random.randint(0, 2, pixels.shape).astype(np.uint8)
+            noise = np.random.RandomState(self.copies).randint(0, 2, pixels.shape).astype(np.uint8)
             pixels = np.where(pixels < 255, pixels + noise, pixels)
         self.image.publish(image_message(pixels, stamp, frame, encoding))
 
