@@ -75,6 +75,8 @@ GraphWatch::Answer GraphWatch::Asker::ask() {
   const std::string master = "the ROS master at " + ros::master::getURI();
   XmlRpc::XmlRpcValue pid, uri, published;
   if (!forgotten_) {
+    const bool known = call("lookupNode", ros::this_node::getName().c_str(), uri);
+    // Asked last: a master that ends in between knows no node either, but was not restarted.
     if (!call("getPid", nullptr, pid)) {
       answer.problem =
           master + " does not answer: existing connections work, new ones cannot be made; restart it, then all nodes";
@@ -82,7 +84,7 @@ GraphWatch::Answer GraphWatch::Asker::ask() {
     }
     if (master_pid_ == 0) master_pid_ = static_cast<int>(pid);
     // In a container every master may have the same process id; but a new one knows no node.
-    forgotten_ = master_pid_ != static_cast<int>(pid) || !call("lookupNode", ros::this_node::getName().c_str(), uri);
+    forgotten_ = master_pid_ != static_cast<int>(pid) || !known;
   }
   if (forgotten_) {
     answer.problem = master + " was restarted and knows nothing of " + ros::this_node::getName() +

@@ -2,13 +2,35 @@
 """The ROS master is killed, and started again: the node goes on and says both, in the log and in its diagnostics. What is
 connected is served without a master from the first image on."""
 import signal
+import threading
+import xmlrpc.client
+from xmlrpc.server import SimpleXMLRPCServer
 
 from gms_ransac.msg import MatchStats
 from sensor_msgs.msg import Image
 
 from graph import TIMEOUT, image_message, run, wait_for, walk
-from processes import GraphTest
+from processes import GraphTest, free_port
 from tcpros import RawPublisher, RawSubscriber
+
+
+class MasterThatEnds(threading.Thread):
+    """Passes on what a master is asked, and ends once it is armed and has answered one question of /filter."""
+
+    def __init__(self, port, uri):
+        super().__init__(daemon=True)
+        self.server = SimpleXMLRPCServer(("localhost", port), logRequests=False)
+        self.server.register_instance(self)
+        self.uri, self.armed, self.ended = uri, False, False
+
+    def _dispatch(self, method, parameters):
+        self.ended = self.armed and method in ("getPid", "lookupNode") and parameters[0] == "/filter"
+        return getattr(xmlrpc.client.ServerProxy(self.uri), method)(*parameters)
+
+    def run(self):
+        while not self.ended:
+            self.server.handle_request()
+        self.server.server_close()
 
 
 class Master(GraphTest):
@@ -33,6 +55,18 @@ class Master(GraphTest):
         self.assertEqual(self.count(log, "was restarted"), 1, "said once")
         node.send_signal(signal.SIGINT)
         self.assertEqual(node.wait(TIMEOUT), 0)
+
+    def test_ends_between_two_questions_of_the_node(self):
+        self.start_master()
+        port = free_port()
+        master = MasterThatEnds(port, self.uri)
+        master.start()
+        self.environment["ROS_MASTER_URI"] = "http://localhost:%d" % port
+        _, log = self.start("rosrun", "gms_ransac", "match_filter_node", "__name:=filter")
+        self.says(log, "subscribes to /image")
+        master.armed = True
+        self.says(log, "the ROS master at")
+        self.assertEqual(self.count(log, "does not answer"), 1)
 
     def test_killed_before_the_first_image(self):
         master = self.start_master()
