@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The documents: no shelf has more words than somebody reads, every link leads to a page and a heading that exist, and so
-does every page that a comment names. Exit status 1, and a line for each fault, otherwise."""
+does every page that a comment names, and what the README says in figures is on the page that it links to. Exit status 1,
+and a line for each fault, otherwise."""
 import re
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ SHELVES = (("README.md", ["README.md"], 1600, False),
            ("doc/inside/", ["doc/inside/*.md"], 8100, False),
            ("doc/measured/", ["doc/measured/*.md"], 1500, True))
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?")
 NAMED = re.compile(r"\bdoc/[\w/]+\.(?:md|png)(?:#[\w-]+)?")
 NAMING = ("include", "src", "launch", "cfg", "scripts", "examples", "test", "msg", "rviz", "CONTRIBUTING.md", "CMakeLists.txt",
           "package.xml", "debian", "Doxyfile")
@@ -89,8 +91,18 @@ def dead_names():
                     yield "%s: %s: %s" % (file.relative_to(ROOT), named, problem)
 
 
+def stale_figures():
+    """Rows of the README's table "How good it is": the numbers after the first cell are those of a page that the row links."""
+    readme = ROOT / "README.md"
+    for row in re.search(r"## How good it is\n(.*?)\n## ", readme.read_text(), re.DOTALL)[1].splitlines():
+        linked = "".join((ROOT / link.partition("#")[0]).read_text() for link in LINK.findall(row))
+        for number in NUMBER.findall("|".join(LINK.sub("", row).split("|")[2:])) if linked else ():
+            if number not in NUMBER.findall(linked):
+                yield "README.md: %s is not on the page of its row: %s" % (number, row)
+
+
 def main():
-    faults = [fault for check in (long_shelves, dead_links, dead_names) for fault in check()]
+    faults = [fault for check in (long_shelves, dead_links, dead_names, stale_figures) for fault in check()]
     print("\n".join(faults))
     return 1 if faults else 0
 
