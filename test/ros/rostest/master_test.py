@@ -10,22 +10,23 @@ from gms_ransac.msg import MatchStats
 from sensor_msgs.msg import Image
 
 from graph import TIMEOUT, image_message, run, wait_for, walk
-from processes import GraphTest, free_port
+from processes import GraphTest
 from tcpros import RawPublisher, RawSubscriber
 
 
 class MasterThatEnds(threading.Thread):
-    """Passes on what a master is asked, and ends once it is armed and has answered one question of /filter."""
+    """Passes on what it is asked to the master `behind` it, and ends once it is armed and has answered one question of /filter."""
 
-    def __init__(self, port, uri):
+    def __init__(self, behind):
         super().__init__(daemon=True)
-        self.server = SimpleXMLRPCServer(("localhost", port), logRequests=False)
+        self.server = SimpleXMLRPCServer(("localhost", 0), logRequests=False)
         self.server.register_instance(self)
-        self.uri, self.armed, self.ended = uri, False, False
+        self.uri = "http://localhost:%d" % self.server.server_address[1]
+        self.behind, self.armed, self.ended = behind, False, False
 
     def _dispatch(self, method, parameters):
         self.ended = self.armed and method in ("getPid", "lookupNode") and parameters[0] == "/filter"
-        return getattr(xmlrpc.client.ServerProxy(self.uri), method)(*parameters)
+        return getattr(xmlrpc.client.ServerProxy(self.behind), method)(*parameters)
 
     def run(self):
         while not self.ended:
@@ -58,10 +59,9 @@ class Master(GraphTest):
 
     def test_ends_between_two_questions_of_the_node(self):
         self.start_master()
-        port = free_port()
-        master = MasterThatEnds(port, self.uri)
+        master = MasterThatEnds(self.uri)
         master.start()
-        self.environment["ROS_MASTER_URI"] = "http://localhost:%d" % port
+        self.environment["ROS_MASTER_URI"] = master.uri
         _, log = self.start("rosrun", "gms_ransac", "match_filter_node", "__name:=filter")
         self.says(log, "subscribes to /image")
         master.armed = True
