@@ -96,9 +96,9 @@ def stale_figures():
     readme = ROOT / "README.md"
     for row in re.search(r"## How good it is\n(.*?)\n## ", readme.read_text(), re.DOTALL)[1].splitlines():
         linked = "".join((ROOT / link.partition("#")[0]).read_text() for link in LINK.findall(row))
-        for number in NUMBER.findall("|".join(LINK.sub("", row).split("|")[2:])) if linked else ():
-            if number not in NUMBER.findall(linked):
-                yield "README.md: %s is not on the page of its row: %s" % (number, row)
+        said = "|".join(LINK.sub("", row).split("|")[2:])
+        for number in sorted(set(NUMBER.findall(said)) - set(NUMBER.findall(linked))):
+            yield "README.md: %s is not on the page of its row: %s" % (number, row)
 
 
 def main():
